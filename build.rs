@@ -1,0 +1,95 @@
+//! Compiles the shaders to SPIR-V and writes a typed table of them, so that a shader that
+//! does not compile, or a name that does not exist, is a build error.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+/// Every shader of the frame: file, variant, and the macros that make the variant.
+const SHADERS: &[(&str, &str, &[&str])] = &[
+    ("light.vert", "", &[]),
+    ("light.frag", "", &[]),
+    ("view.vert", "", &[]),
+    ("view.frag", "", &[]),
+    ("shade.vert", "", &[]),
+    ("shade.frag", "none", &["METHOD_NONE"]),
+    ("shade.frag", "brdf", &["METHOD_BRDF"]),
+    ("shade.frag", "samples", &["METHOD_SAMPLES"]),
+    ("exact.comp", "", &[]),
+    ("resolve.comp", "", &[]),
+];
+
+fn main() {
+    if let Err(message) = run() {
+        // One clear block on stderr in place of a backtrace.
+        eprintln!("\n{message}\n");
+        std::process::exit(1);
+    }
+}
+
+fn run() -> Result<(), String> {
+    let folder = Path::new("shaders");
+    println!("cargo:rerun-if-changed=shaders");
+    println!("cargo:rerun-if-changed=build.rs");
+
+    let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
+    let mut table = String::from("// Written by build.rs.\n");
+    for &(file, variant, macros) in SHADERS {
+        let path = folder.join(file);
+        let source = read(&path)?;
+        let stage = match path.extension().and_then(|e| e.to_str()) {
+            Some("vert") => (shaderc::ShaderKind::Vertex, "VERTEX"),
+            Some("frag") => (shaderc::ShaderKind::Fragment, "FRAGMENT"),
+            Some("comp") => (shaderc::ShaderKind::Compute, "COMPUTE"),
+            other => return Err(format!("{file}: unknown shader stage {other:?}")),
+        };
+        let mut options = shaderc::CompileOptions::new()
+            .map_err(|e| format!("shaderc gives no compile options: {e}"))?;
+        options.set_target_env(
+            shaderc::TargetEnv::Vulkan,
+            shaderc::EnvVersion::Vulkan1_3 as u32,
+        );
+        options.set_optimization_level(shaderc::OptimizationLevel::Performance);
+        options.set_warnings_as_errors();
+        for name in macros {
+            options.add_macro_definition(name, None);
+        }
+        options.set_include_callback(|name, _, from, _| {
+            let path = folder.join(name);
+            let content = fs::read_to_string(&path)
+                .map_err(|e| format!("{from} includes {}: {e}", path.display()))?;
+            Ok(shaderc::ResolvedInclude {
+                resolved_name: name.to_owned(),
+                content,
+            })
+        });
+        let compiled = compiler
+            .compile_into_spirv(
+                &source,
+                stage.0,
+                &path.to_string_lossy(),
+                "main",
+                Some(&options),
+            )
+            .map_err(|e| format!("{}: {e}", path.display()))?;
+
+        let name = format!("{file} {variant}");
+        let name = name.trim();
+        let constant = name.replace(['.', ' ', '-'], "_").to_uppercase();
+        writeln!(
+            table,
+            "/// `{name}`\npub const {constant}: Shader = Shader {{ name: {name:?}, \
+             stage: ash::vk::ShaderStageFlags::{}, spirv: &{:?} }};",
+            stage.1,
+            compiled.as_binary()
+        )
+        .map_err(|e| e.to_string())?;
+    }
+    let out = env::var_os("OUT_DIR").ok_or("cargo sets no OUT_DIR")?;
+    let out = PathBuf::from(out).join("shaders.rs");
+    fs::write(&out, table).map_err(|e| format!("{}: {e}", out.display()))
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
+}

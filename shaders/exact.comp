@@ -1,0 +1,51 @@
+#version 460
+// Multiple scattering by the sum over every texel of the light map (DESIGN, the identity
+// everything rests on): M = E0 sum a w R_d(|p - x|). One dispatch adds a band of rows.
+// CPU twin: cpu/shade.rs.
+#include "shared.glsl"
+#include "fetch.glsl"
+#include "fresnel.glsl"
+#include "dipole.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 1) uniform sampler2D view_depth;
+layout(binding = 2) uniform sampler2D view_normal;
+layout(binding = 3) uniform sampler2D moments;
+layout(binding = 4, rgba32f) uniform image2D radiance;
+
+layout(push_constant) uniform Band {
+    ivec2 columns;  // first column of the picture, and one past the last
+    ivec2 rows;     // first row of the light map, and one past the last
+} band;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(band.columns.x, 0);
+    ivec2 size = imageSize(radiance);
+    if (pixel.x >= band.columns.y || pixel.y >= size.y) return;
+    float depth = FETCH_TEXEL(view_depth, pixel).x;
+    if (depth >= 1.0) return;
+
+    vec3 p = position(vec2(pixel) + 0.5, depth);
+    vec3 n = decode_normal(FETCH_TEXEL(view_normal, pixel).xy);
+    vec3 q = to_light_space(p);
+    int columns = textureSize(moments, 0).x;
+
+    vec3 sum = vec3(0.0);
+    for (int j = band.rows.x; j < band.rows.y; ++j) {
+        float dv = (float(j) + 0.5) * frame.light_scale.x - q.y;
+        // A row is summed on its own, so that a small term never meets the whole sum.
+        vec3 row = vec3(0.0);
+        for (int i = 0; i < columns; ++i) {
+            vec4 m = FETCH_TEXEL(moments, ivec2(i, j));
+            float du = (float(i) + 0.5) * frame.light_scale.x - q.x;
+            float dz = (m.y / max(m.x, 1e-20) - q.z) * frame.light_scale.z;
+            row += m.x * r_d(du * du + dv * dv + dz * dz);
+        }
+        sum += row;
+    }
+
+    vec3 wo = normalize(frame.eye.xyz - p);
+    vec3 added = fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), frame.sigma_tr.w) / PI
+               * frame.irradiance.rgb * frame.irradiance.w * sum;
+    imageStore(radiance, pixel, FETCH_IMAGE(radiance, pixel) + vec4(added, 0.0));
+}

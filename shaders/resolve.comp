@@ -1,0 +1,43 @@
+#version 460
+// The resolve pass: the running mean over jittered frames, and its encoding for display.
+// CPU twin: cpu/resolve.rs.
+#include "shared.glsl"
+#include "fetch.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 1, rgba32f) uniform readonly image2D radiance;
+layout(binding = 2, rgba32f) uniform image2D mean;
+layout(binding = 3, rgba8) uniform writeonly image2D display;
+
+// Identity up to 0.8, then a shoulder that reaches 1 with a continuous slope.
+vec3 tone_map(vec3 x) {
+    return mix(x, 1.0 - 0.2 * exp(-(x - 0.8) / 0.2), greaterThan(x, vec3(0.8)));
+}
+
+// The transfer function of sRGB (IEC 61966-2-1).
+vec3 encode_srgb(vec3 x) {
+    return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = imageSize(mean);
+    if (pixel.x >= size.x || pixel.y >= size.y) return;
+
+    vec4 value = FETCH_IMAGE(radiance, pixel);
+    // The first frame overwrites: the image starts undefined, and undefined * 0 may be NaN.
+    if (frame.sequence.z < 1.0) {
+        vec4 old = FETCH_IMAGE(mean, pixel);
+        value = old + (value - old) * frame.sequence.z;
+    }
+    imageStore(mean, pixel, value);
+
+    // Radiance is premultiplied by coverage; the PNG's alpha is straight.
+    float alpha = value.a;
+    vec3 color = tone_map(max(vec3(0.0), value.rgb * frame.z_v.w) / max(alpha, 1e-6));
+    if (frame.background.w > 0.0) {
+        color = mix(frame.background.rgb, color, alpha);
+        alpha = 1.0;
+    }
+    imageStore(display, pixel, vec4(encode_srgb(clamp(color, 0.0, 1.0)), alpha));
+}

@@ -1,0 +1,60 @@
+#version 460
+#extension GL_EXT_control_flow_attributes : require
+// The shade pass: radiance towards the camera, once per visible pixel. CPU twin: cpu/shade.rs.
+#include "shared.glsl"
+#include "fetch.glsl"
+#include "fresnel.glsl"
+#include "dipole.glsl"
+#include "specular.glsl"
+
+layout(input_attachment_index = 0, binding = 1) uniform subpassInput view_depth;
+layout(input_attachment_index = 1, binding = 2) uniform subpassInput view_normal;
+layout(input_attachment_index = 2, binding = 3) uniform subpassInput back_depth;
+layout(binding = 4) uniform sampler2D moments;
+layout(binding = 5) uniform sampler2DShadow light_depth;
+layout(binding = 6) uniform sampler2D blue_noise;
+
+layout(location = 0) out vec4 out_radiance;
+
+layout(constant_id = 0) const bool SPECULAR = true;
+
+#if defined(METHOD_BRDF)
+const bool NEEDS_VISIBILITY = true;
+#else
+const bool NEEDS_VISIBILITY = SPECULAR;
+#endif
+
+// Share of the light that reaches `p`, by one gather that compares 2x2 texels. It is weighted
+// here and not by the sampler, since D32 need not be filterable. The point is
+// moved along its normal by enough to clear the surface within the tap: half a texel, and
+// at grazing light the diagonal of the tap.
+float visibility(vec3 p, vec3 n) {
+    float cos_i = -dot(n, frame.light_z.xyz);
+    if (cos_i <= 0.0) return 0.0;
+    float sin_i = sqrt(max(0.0, 1.0 - cos_i * cos_i));
+    vec3 q = to_light_space(p + n * (frame.light_scale.x * (0.5 + 1.5 * sin_i)));
+    int size = textureSize(light_depth, 0).x;
+    vec2 st = q.xy * frame.light_scale.y;
+    vec4 lit = FETCH_GATHER_COMPARE(light_depth, st, size, to_light_depth(q.z));
+    vec2 f = fract(st - 0.5);
+    return mix(mix(lit.w, lit.z, f.x), mix(lit.x, lit.y, f.x), f.y);
+}
+
+#include "multiple.glsl"
+
+void main() {
+    vec3 p = position(gl_FragCoord.xy, READ_INPUT(view_depth).x);
+    vec3 n = decode_normal(READ_INPUT(view_normal).xy);
+    vec3 wo = normalize(frame.eye.xyz - p);
+
+    float lit = 1.0;
+    if (NEEDS_VISIBILITY) lit = visibility(p, n);
+    vec3 radiance = fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), frame.sigma_tr.w) / PI
+                  * multiple_scattering(p, n, lit);
+    if (SPECULAR) {
+        vec3 wi = -frame.light_z.xyz;
+        float value = ggx(n, wo, wi, frame.z_r.w, frame.sigma_tr.w);
+        radiance += frame.irradiance.rgb * value * max(0.0, dot(n, wi)) * lit;
+    }
+    out_radiance = vec4(radiance, 1.0);
+}

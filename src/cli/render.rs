@@ -1,0 +1,316 @@
+//! `marmor render`: one picture.
+
+use super::failure::Failure;
+use super::progress::Bar;
+use super::values::{self, Background, Direction, Orbit, SingleOff};
+use super::{Global, print};
+use crate::frame;
+use crate::report::{self, Format, Output, Stats, stats};
+use crate::scene::{Jitter, Material, Method, Plan, Request, Viewpoint};
+use clap::Args;
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// Render one picture
+///
+/// Flags override the scene file. Lengths are in mm, coefficients in mm^-1, angles in
+/// degrees.
+#[derive(Args, Debug)]
+#[command(after_long_help = "\
+Examples:
+  marmor render -o statue.png
+      the bundled statue in marble
+  marmor render bunny.obj --unit 1000 --material skin1 -o bunny.png
+      a mesh in metres
+  marmor render scene.toml --frames-averaged 64 -o smooth.exr
+      edges and noise averaged away, linear values kept
+  marmor render --multiple samples --split brdf -o both.png
+      translucent on the right, opaque on the left")]
+pub(super) struct Arguments {
+    /// A scene file (.toml), a mesh (.obj), or a bundled mesh: statue, statue-1k, statue-5k,
+    /// statue-20k
+    #[arg(value_name = "SCENE", default_value = "statue")]
+    scene: PathBuf,
+
+    /// File to write: .png (8-bit sRGB) or .exr (linear)
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    output: PathBuf,
+
+    /// Also write a JSON document of times, fetches and settings
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    stats: Option<PathBuf>,
+
+    /// Width and height, pixels, each from 1 to 16384 [default: 800x600]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, help_heading = "Picture")]
+    size: Option<[u32; 2]>,
+
+    /// Factor on radiance before it is encoded for display (PNG only) [default: 1]
+    #[arg(long, value_name = "FACTOR", value_parser = values::positive, allow_hyphen_values = true, help_heading = "Picture")]
+    exposure: Option<f64>,
+
+    /// Colour behind the object (PNG only); none keeps it transparent [default: none]
+    #[arg(long, value_name = "#rrggbb|none", value_parser = values::background, help_heading = "Picture")]
+    background: Option<Background>,
+
+    /// How many frames to average; edges and noise converge [default: 1]
+    #[arg(long, value_name = "N", value_parser = values::frames_averaged, allow_hyphen_values = true, help_heading = "Picture")]
+    frames_averaged: Option<u32>,
+
+    /// What moves between averaged frames [default: all]
+    ///
+    /// all: camera by a sub-pixel, light map by a sub-texel, sample sequence;
+    /// samples: the sequence only, so that pictures compare pixel by pixel; off: nothing.
+    #[arg(long, value_name = "all|samples|off", value_parser = values::jitter, help_heading = "Picture")]
+    jitter: Option<Jitter>,
+
+    /// A measured material [default: marble]
+    ///
+    /// apple, chicken1, chicken2, cream, ketchup, marble, potato, skimmilk, skin1, skin2,
+    /// spectralon, wholemilk (Jensen et al. 2001).
+    #[arg(long, value_name = "NAME", value_parser = Material::preset, help_heading = "Material")]
+    material: Option<Material>,
+
+    /// Reduced scattering coefficient per channel, mm^-1
+    #[arg(long, value_name = "R,G,B", value_parser = values::sigma_s, allow_hyphen_values = true, help_heading = "Material")]
+    sigma_s: Option<DVec3>,
+
+    /// Absorption coefficient per channel, mm^-1
+    #[arg(long, value_name = "R,G,B", value_parser = values::sigma_a, allow_hyphen_values = true, help_heading = "Material")]
+    sigma_a: Option<DVec3>,
+
+    /// Relative index of refraction, from 1 to 3
+    #[arg(long, value_name = "ETA", value_parser = values::eta, allow_hyphen_values = true, help_heading = "Material")]
+    eta: Option<f64>,
+
+    /// Size of the object: mm per mesh unit [default: 1]
+    #[arg(long, value_name = "MM", value_parser = values::positive, allow_hyphen_values = true, help_heading = "Material")]
+    unit: Option<f64>,
+
+    /// Where the light stands, degrees: azimuth from the viewer's side (+Z) to the right,
+    /// elevation above the horizon
+    #[arg(long, value_name = "AZ,EL", value_parser = values::light, allow_hyphen_values = true, help_heading = "Light and camera")]
+    light: Option<Direction>,
+
+    /// Where the camera stands, degrees as for the light, and its distance, mm
+    ///
+    /// Without a distance the object is fitted into the picture.
+    #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::camera, allow_hyphen_values = true, help_heading = "Light and camera")]
+    camera: Option<Orbit>,
+
+    /// Multiple scattering [default: samples]
+    ///
+    /// none; brdf: no transport, the opaque baseline; samples: importance-sampled Monte
+    /// Carlo; exact: the sum over every texel of the light map, the slow reference.
+    #[arg(long, value_name = "none|brdf|samples|exact", value_parser = values::method, help_heading = "Method")]
+    multiple: Option<Method>,
+
+    /// Samples a pixel, from 1 to 256, for the method samples [default: 30]
+    #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true, help_heading = "Method")]
+    samples: Option<u32>,
+
+    /// Draw the left half of the picture by another method
+    #[arg(long, value_name = "METHOD", value_parser = values::method, help_heading = "Method")]
+    split: Option<Method>,
+
+    /// Single scattering; not implemented yet, so only off
+    #[arg(long, value_name = "off", value_parser = values::single, allow_hyphen_values = true, help_heading = "Method")]
+    single: Option<SingleOff>,
+
+    /// Reflection at the surface [default: on]
+    #[arg(long, value_name = "on|off", value_parser = values::on_off, action = clap::ArgAction::Set, help_heading = "Method")]
+    specular: Option<bool>,
+
+    /// Texels along a side of the light map, from 16 to 8192 [default: 512]
+    #[arg(long, value_name = "N", value_parser = values::light_map, allow_hyphen_values = true, help_heading = "Method")]
+    light_map: Option<u32>,
+}
+
+pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
+    let format = Format::of(&arguments.output)?;
+    let output = Output::check(&arguments.output)?;
+    let stats_output = match &arguments.stats {
+        Some(path) if *path == arguments.output => {
+            return Err(Failure::Input(format!(
+                "{}: --stats and --output name the same file; give them different names",
+                path.display()
+            )));
+        }
+        Some(path) => Some(Output::check(path)?),
+        None => None,
+    };
+    let plan = plan(arguments)?;
+
+    let mut bar = Bar::new(global.quiet);
+    let picture = frame::render(&global.options(), &plan, &mut |progress| {
+        bar.report(progress);
+    });
+    bar.clear();
+    let picture = picture?;
+    for message in &picture.validation_messages {
+        tracing::warn!("validation: {message}");
+    }
+
+    match format {
+        Format::Png => report::image::write_png(&output, picture.size, &picture.display)?,
+        Format::Exr => report::image::write_exr(&output, picture.size, &picture.radiance)?,
+    }
+    let measured = measured(picture, global.validation);
+    let stats = Stats::new(&plan, measured);
+    if let Some(stats_output) = stats_output {
+        stats.write(&stats_output)?;
+    }
+    if global.quiet {
+        return Ok(());
+    }
+    print(&summary(&arguments.output, &stats))
+}
+
+/// Defaults, then the scene file, then the flags.
+fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
+    let mut request = Request::open(&arguments.scene)?;
+    fn set<T: Clone>(field: &mut T, flag: &Option<T>) {
+        if let Some(value) = flag {
+            field.clone_from(value);
+        }
+    }
+    set(&mut request.size, &arguments.size);
+    set(&mut request.exposure, &arguments.exposure);
+    set(&mut request.frames_averaged, &arguments.frames_averaged);
+    set(&mut request.jitter, &arguments.jitter);
+    set(&mut request.unit, &arguments.unit);
+    set(&mut request.multiple, &arguments.multiple);
+    set(&mut request.samples, &arguments.samples);
+    set(&mut request.specular, &arguments.specular);
+    set(&mut request.light_map, &arguments.light_map);
+    set(&mut request.split, &arguments.split.map(Some));
+    set(
+        &mut request.background,
+        &arguments.background.map(|background| background.0),
+    );
+
+    set(&mut request.material, &arguments.material);
+    let material = &mut request.material;
+    set(&mut material.sigma_s, &arguments.sigma_s);
+    set(&mut material.sigma_a, &arguments.sigma_a);
+    set(&mut material.eta, &arguments.eta);
+    if arguments.sigma_s.is_some() || arguments.sigma_a.is_some() || arguments.eta.is_some() {
+        material.name = "custom".to_owned();
+    }
+
+    if let Some(light) = arguments.light {
+        request.light.azimuth = light.azimuth;
+        request.light.elevation = light.elevation;
+    }
+    if let Some(orbit) = arguments.camera {
+        // The flag says from where; what the file looks at stays in the middle.
+        let target = match request.viewpoint {
+            Viewpoint::Orbit { target, .. } => target,
+            Viewpoint::At { target, .. } => Some(target),
+        };
+        request.viewpoint = Viewpoint::Orbit {
+            azimuth: orbit.direction.azimuth,
+            elevation: orbit.direction.elevation,
+            distance: orbit.distance,
+            target,
+        };
+    }
+
+    // A flag that would do nothing is a mistake that a picture would not show.
+    if let Some(samples) = arguments.samples
+        && request.multiple != Method::Samples
+        && request.split != Some(Method::Samples)
+    {
+        return Err(Failure::Input(format!(
+            "--samples {samples} has no effect on the method {}; drop it, or add \
+             --multiple samples",
+            request.multiple.name()
+        )));
+    }
+    Ok(request.plan()?)
+}
+
+fn measured(picture: frame::Picture, validation: bool) -> stats::Measured {
+    stats::Measured {
+        device: picture.device,
+        driver: picture.driver,
+        validation,
+        validation_messages: picture.validation_messages,
+        passes: picture
+            .passes
+            .into_iter()
+            .map(|time| (time.pass, time.milliseconds))
+            .collect(),
+        wall_milliseconds: picture.wall_milliseconds,
+        fetches: picture.fetches,
+    }
+}
+
+/// What was written, and what it cost.
+fn summary(output: &std::path::Path, stats: &Stats) -> String {
+    let [width, height] = stats.method.size;
+    let split = match &stats.method.split {
+        Some(split) => format!(" (left half {split})"),
+        None => String::new(),
+    };
+    format!(
+        "{}: {width}x{height}, {} triangles of {}, {}{split}\n{}: {:.2} ms/frame, {} fetches/pixel\n",
+        output.display(),
+        stats.scene.triangles,
+        stats.scene.material.name,
+        stats.method.multiple,
+        stats.device.name,
+        stats.times.wall,
+        stats.fetches.per_pixel,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::preset;
+    use clap::CommandFactory;
+
+    #[derive(clap::Parser)]
+    struct Alone {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn plan_of(line: &str) -> Plan {
+        let words = std::iter::once("marmor").chain(line.split_whitespace());
+        let alone = <Alone as clap::Parser>::try_parse_from(words).expect("good flags");
+        plan(&alone.arguments).expect("a plan")
+    }
+
+    #[test]
+    fn flags_override_defaults() {
+        let plan = plan_of(
+            "statue-1k -o a.png --size 64x32 --material skin1 --sigma-a 1,2,3 --specular off \
+             --multiple exact --split samples --samples 8 --light -20,-30 --camera 0,90,50 \
+             --background #000000 --unit 2 --light-map 64 --frames-averaged 4 --jitter samples \
+             --single off --exposure 2",
+        );
+        assert_eq!(plan.size, [64, 32]);
+        assert_eq!(plan.scene.material.name, "custom");
+        assert_eq!(plan.scene.material.sigma_s, DVec3::new(0.74, 0.88, 1.01));
+        assert_eq!(plan.scene.material.sigma_a, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(plan.multiple.to_string(), "exact");
+        assert_eq!(
+            plan.split.map(|m| m.to_string()),
+            Some("samples(8)".to_owned())
+        );
+        assert_eq!(plan.scene.light.azimuth, -20.0);
+        assert_eq!(plan.background, Some([0.0; 3]));
+        assert!(!plan.specular);
+        let distance = plan.scene.camera.eye.distance(plan.scene.camera.target);
+        assert!((distance - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_help_lists_every_preset() {
+        let help = Alone::command().render_long_help().to_string();
+        for name in preset::NAMES {
+            assert!(help.contains(name), "{name}");
+        }
+    }
+}

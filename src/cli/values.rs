@@ -1,0 +1,216 @@
+//! How flag values are read. Each function returns the value, or a phrase that clap puts
+//! after the flag's name.
+
+use crate::scene::{Jitter, Method, color, limits};
+use glam::DVec3;
+
+fn number(text: &str) -> Result<f64, String> {
+    text.trim()
+        .parse()
+        .map_err(|_| format!("\"{text}\" is not a number"))
+}
+
+fn whole(text: &str) -> Result<i64, String> {
+    text.trim()
+        .parse()
+        .map_err(|_| format!("\"{text}\" is not a whole number"))
+}
+
+/// Numbers between commas.
+fn list(text: &str) -> Result<Vec<f64>, String> {
+    text.split(',').map(number).collect()
+}
+
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = text
+        .split_once(['x', 'X'])
+        .ok_or("write WIDTHxHEIGHT in pixels, such as 800x600")?;
+    limits::size([whole(width)?, whole(height)?])
+}
+
+fn triple(text: &str) -> Result<DVec3, String> {
+    match list(text)?[..] {
+        [r, g, b] => Ok(DVec3::new(r, g, b)),
+        _ => Err("write three numbers, such as 2.19,2.62,3.00".to_owned()),
+    }
+}
+
+pub(super) fn sigma_s(text: &str) -> Result<DVec3, String> {
+    limits::sigma_s(triple(text)?)
+}
+
+pub(super) fn sigma_a(text: &str) -> Result<DVec3, String> {
+    limits::sigma_a(triple(text)?)
+}
+
+pub(super) fn eta(text: &str) -> Result<f64, String> {
+    limits::eta(number(text)?)
+}
+
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    limits::positive(number(text)?)
+}
+
+pub(super) fn non_negative(text: &str) -> Result<f64, String> {
+    limits::non_negative(number(text)?)
+}
+
+pub(super) fn samples(text: &str) -> Result<u32, String> {
+    limits::samples(whole(text)?)
+}
+
+pub(super) fn light_map(text: &str) -> Result<u32, String> {
+    limits::light_map(whole(text)?)
+}
+
+pub(super) fn frames_averaged(text: &str) -> Result<u32, String> {
+    limits::frames_averaged(whole(text)?)
+}
+
+pub(super) fn on_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("write on or off".to_owned()),
+    }
+}
+
+/// Single scattering, as far as it can be chosen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SingleOff;
+
+pub(super) fn single(text: &str) -> Result<SingleOff, String> {
+    if text == "off" {
+        Ok(SingleOff)
+    } else if text.trim().parse::<f64>().is_ok() {
+        Err("single scattering is not implemented yet; write off".to_owned())
+    } else {
+        Err("write off".to_owned())
+    }
+}
+
+pub(super) fn method(text: &str) -> Result<Method, String> {
+    Method::named(text)
+}
+
+pub(super) fn jitter(text: &str) -> Result<Jitter, String> {
+    Jitter::named(text)
+}
+
+/// Azimuth and elevation, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Direction {
+    pub(super) azimuth: f64,
+    pub(super) elevation: f64,
+}
+
+fn direction(azimuth: f64, elevation: f64) -> Result<Direction, String> {
+    Ok(Direction {
+        azimuth: limits::finite(azimuth).map_err(|phrase| format!("azimuth {phrase}"))?,
+        elevation: limits::elevation(elevation).map_err(|phrase| format!("elevation {phrase}"))?,
+    })
+}
+
+pub(super) fn light(text: &str) -> Result<Direction, String> {
+    match list(text)?[..] {
+        [azimuth, elevation] => direction(azimuth, elevation),
+        _ => Err("write AZIMUTH,ELEVATION in degrees, such as 140,25".to_owned()),
+    }
+}
+
+/// A direction, and a distance in mm unless the mesh is to be fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Orbit {
+    pub(super) direction: Direction,
+    pub(super) distance: Option<f64>,
+}
+
+pub(super) fn camera(text: &str) -> Result<Orbit, String> {
+    match list(text)?[..] {
+        [azimuth, elevation] => Ok(Orbit {
+            direction: direction(azimuth, elevation)?,
+            distance: None,
+        }),
+        [azimuth, elevation, distance] => Ok(Orbit {
+            direction: direction(azimuth, elevation)?,
+            distance: Some(
+                limits::positive(distance).map_err(|phrase| format!("distance {phrase}"))?,
+            ),
+        }),
+        _ => Err(
+            "write AZIMUTH,ELEVATION in degrees and perhaps ,DISTANCE in mm, such as 30,10"
+                .to_owned(),
+        ),
+    }
+}
+
+/// A colour behind the picture, linear RGB, or none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Background(pub(super) Option<[f64; 3]>);
+
+pub(super) fn background(text: &str) -> Result<Background, String> {
+    if text == "none" {
+        return Ok(Background(None));
+    }
+    color::parse_hex(text)
+        .map(|color| Background(Some(color)))
+        .map_err(|_| "write none or #rrggbb, such as #203040".to_owned())
+}
+
+/// MiB to bytes.
+pub(super) fn mebibytes(text: &str) -> Result<u64, String> {
+    text.parse::<u64>()
+        .ok()
+        .filter(|&mebibytes| mebibytes > 0)
+        .and_then(|mebibytes| mebibytes.checked_mul(1 << 20))
+        .ok_or_else(|| "write a whole number of MiB, at least 1".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn good_values_are_read() {
+        assert_eq!(size("800x600"), Ok([800, 600]));
+        assert_eq!(
+            light("-30, 45.5"),
+            Ok(Direction {
+                azimuth: -30.0,
+                elevation: 45.5
+            })
+        );
+        assert_eq!(camera("0,0").map(|orbit| orbit.distance), Ok(None));
+        assert_eq!(camera("0,0,90").map(|orbit| orbit.distance), Ok(Some(90.0)));
+        assert_eq!(background("none"), Ok(Background(None)));
+        assert_eq!(background("#ffffff"), Ok(Background(Some([1.0; 3]))));
+        assert_eq!(mebibytes("2"), Ok(2 << 20));
+        assert!(single("off").is_ok());
+    }
+
+    #[test]
+    fn bad_values_are_refused() {
+        for bad in [
+            "",
+            "800",
+            "x",
+            "800x",
+            "800x600x2",
+            "8e2x600",
+            "0x5",
+            "5x-1",
+        ] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "1", "1,2,3", "a,b", "0,91", "nan,0", "inf,0"] {
+            assert!(light(bad).is_err(), "{bad}");
+        }
+        for bad in ["0,0,0", "0,0,-1", "0,0,1,1"] {
+            assert!(camera(bad).is_err(), "{bad}");
+        }
+        for bad in ["0", "-1", "1.5", "99999999999999999"] {
+            assert!(mebibytes(bad).is_err(), "{bad}");
+        }
+        assert!(single("8").is_err_and(|e| e.contains("not implemented yet")));
+    }
+}

@@ -1,0 +1,12 @@
+//! The CPU twin of every GPU stage, in `f64`: what the shaders are checked against.
+//!
+//! Each module bears the name of the pass and of the shader that it repeats.
+
+pub mod light;
+pub mod raster;
+pub mod resolve;
+pub mod shade;
+pub mod view;
+
+pub use light::LightMap;
+pub use view::GBuffer;

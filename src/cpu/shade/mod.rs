@@ -1,0 +1,178 @@
+//! The shade pass: the radiance that leaves each visible point.
+
+mod multiple;
+mod shadow;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+pub use multiple::{Pattern, TECHNIQUES, brdf, exact, samples, samples_shifted};
+pub use shadow::visibility;
+
+use crate::cpu::{GBuffer, LightMap};
+use crate::optics::sampling::{blue_noise, r2};
+use crate::optics::{Dipole, fresnel, specular as microfacet};
+use crate::scene::{Light, Material, Multiple, View};
+
+/// Texels along a side of the tile of blue noise.
+pub const NOISE_SIZE: usize = 64;
+
+/// Interpolated normals may turn away from the viewer where the triangle does not. How grazing
+/// may light leave? The clamp touches the outer 0.5 % of a sphere's radius, and spares it the
+/// black rim that Ft(0) = 0 would draw.
+pub const MIN_COS_OUT: f64 = 0.1;
+
+/// A visible point of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// Position, mm.
+    pub p: DVec3,
+    /// Unit normal.
+    pub n: DVec3,
+    /// Unit direction to the viewer.
+    pub wo: DVec3,
+    /// Column and row of the pixel that sees it.
+    pub pixel: [u32; 2],
+}
+
+/// What every pixel is shaded with.
+#[derive(Clone, Debug)]
+pub struct Shading<'a> {
+    /// Profiles of the three colour channels.
+    pub dipoles: [Dipole; 3],
+    /// Relative index of refraction.
+    pub eta: f64,
+    /// GGX roughness of the boundary, in (0, 1].
+    pub roughness: f64,
+    /// Irradiance E0 on a surface perpendicular to the light, per channel.
+    pub irradiance: DVec3,
+    /// What the light sees.
+    pub map: &'a LightMap,
+    /// Two channels of blue noise in [0, 1), [`NOISE_SIZE`] x [`NOISE_SIZE`], row-major.
+    pub noise: &'a [[f32; 2]],
+    /// Index of the frame: moves the sample sequence.
+    pub frame: u32,
+    /// How the samples of [`samples`] are laid out.
+    pub pattern: Pattern,
+}
+
+impl<'a> Shading<'a> {
+    /// Gathers what `material` under `light`, seen through `map`, is shaded with in frame
+    /// `frame`.
+    ///
+    /// `noise` is that of [`noise`]; it must have [`NOISE_SIZE`]^2 entries.
+    pub fn new(
+        material: &Material,
+        light: &Light,
+        map: &'a LightMap,
+        noise: &'a [[f32; 2]],
+        frame: u32,
+    ) -> Self {
+        let dipole = |c: usize| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta);
+        Shading {
+            dipoles: [dipole(0), dipole(1), dipole(2)],
+            eta: material.eta,
+            roughness: material.roughness,
+            irradiance: light.perpendicular_irradiance(),
+            map,
+            noise,
+            frame,
+            pattern: Pattern::default(),
+        }
+    }
+
+    /// Random shift of the sample sequence at a pixel, in [0, 1)^2: blue noise over the
+    /// picture, the R2 sequence over frames.
+    pub fn shift(&self, pixel: [u32; 2]) -> [f64; 2] {
+        let [x, y] = pixel.map(|k| k as usize % NOISE_SIZE);
+        r2(self.noise[y * NOISE_SIZE + x].map(f64::from), self.frame)
+    }
+}
+
+/// The tile of blue noise the renderer uses: channels of seeds 1 and 2.
+pub fn noise() -> Vec<[f32; 2]> {
+    let second = blue_noise(NOISE_SIZE, 2);
+    blue_noise(NOISE_SIZE, 1)
+        .into_iter()
+        .zip(second)
+        .map(|(a, b)| [a, b])
+        .collect()
+}
+
+/// Radiance of the specular reflection at `receiver`: E0 f cos(theta) times visibility.
+pub fn specular(shading: &Shading, receiver: &Receiver) -> DVec3 {
+    let to_light = shading.map.frame.to_light;
+    let value = microfacet::ggx(
+        receiver.n,
+        receiver.wo,
+        to_light,
+        shading.roughness,
+        shading.eta,
+    );
+    let cos = receiver.n.dot(to_light).max(0.0);
+    shading.irradiance * (value * cos * visibility(shading.map, receiver.p, receiver.n))
+}
+
+/// Radiant exitance M of multiple scattering at `receiver`, by one of the methods.
+pub fn exitance(shading: &Shading, receiver: &Receiver, multiple: Multiple) -> DVec3 {
+    match multiple {
+        Multiple::None => DVec3::ZERO,
+        Multiple::Brdf => brdf(shading, receiver),
+        Multiple::Samples(n) => samples(shading, receiver, n),
+        Multiple::Exact => exact(shading, receiver),
+    }
+}
+
+/// Radiance towards the viewer: the specular reflection if asked for, and Ft(n . wo) / pi times
+/// [`exitance`].
+pub fn radiance(
+    shading: &Shading,
+    receiver: &Receiver,
+    multiple: Multiple,
+    with_specular: bool,
+) -> DVec3 {
+    let cos_out = receiver.n.dot(receiver.wo).max(MIN_COS_OUT);
+    let leaving = fresnel::transmittance(cos_out, shading.eta);
+    let scattered = exitance(shading, receiver, multiple) * (leaving * std::f64::consts::FRAC_1_PI);
+    if with_specular {
+        specular(shading, receiver) + scattered
+    } else {
+        scattered
+    }
+}
+
+/// The point that pixel `index` (row-major) of `gbuffer` sees through `view`, or none.
+pub fn receiver(gbuffer: &GBuffer, view: &View, index: usize) -> Option<Receiver> {
+    let depth = gbuffer.depth[index];
+    if depth >= 1.0 {
+        return None;
+    }
+    let (x, y) = (index % gbuffer.width, index / gbuffer.width);
+    let p = view.position(DVec2::new(x as f64 + 0.5, y as f64 + 0.5), depth);
+    Some(Receiver {
+        p,
+        n: gbuffer.normal[index],
+        wo: (view.eye - p).normalize(),
+        pixel: [x as u32, y as u32],
+    })
+}
+
+/// Shades a picture: (radiance, 1) in every covered pixel, 0 elsewhere, row-major.
+pub fn shade(
+    gbuffer: &GBuffer,
+    view: &View,
+    shading: &Shading,
+    multiple: Multiple,
+    with_specular: bool,
+) -> Vec<[f64; 4]> {
+    (0..gbuffer.depth.len())
+        .into_par_iter()
+        .map(|index| {
+            receiver(gbuffer, view, index).map_or([0.0; 4], |receiver| {
+                radiance(shading, &receiver, multiple, with_specular)
+                    .extend(1.0)
+                    .to_array()
+            })
+        })
+        .collect()
+}

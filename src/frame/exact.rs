@@ -1,0 +1,72 @@
+//! The exact pass: multiple scattering summed over every texel of the light map, in bands
+//! of rows, so that no submit lasts long.
+//!
+//! Shader `exact.comp`; CPU twin [`crate::cpu::shade`].
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::shaders;
+use super::targets::{Canvas, GBuffer, LightMap};
+use crate::gpu::{self, Binding, Buffer, ComputePipeline, DescriptorSets, Device, Sampler};
+
+/// The pass that adds the exact sum to the radiance of a range of columns.
+pub struct ExactPass {
+    sets: DescriptorSets,
+    pipeline: ComputePipeline,
+    columns: [u32; 2],
+    height: u32,
+    // Referred to by the sets.
+    _sampler: Sampler,
+}
+
+impl ExactPass {
+    /// Prepares the pass for `columns` of the picture.
+    pub fn new(
+        device: &Arc<Device>,
+        uniforms: &[Buffer],
+        map: &LightMap,
+        gbuffer: &GBuffer,
+        canvas: &Canvas,
+        columns: [u32; 2],
+    ) -> gpu::Result<Self> {
+        let sampler = Sampler::new(
+            device,
+            "texels",
+            vk::Filter::NEAREST,
+            vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            None,
+        )?;
+        let bindings: Vec<_> = uniforms
+            .iter()
+            .map(|u| {
+                vec![
+                    Binding::Uniform(u),
+                    Binding::Sampled(&gbuffer.depth, &sampler),
+                    Binding::Sampled(&gbuffer.normal, &sampler),
+                    Binding::Sampled(&map.moments, &sampler),
+                    Binding::Storage(&canvas.radiance),
+                ]
+            })
+            .collect();
+        let sets = DescriptorSets::new(device, "exact", vk::ShaderStageFlags::COMPUTE, &bindings)?;
+        let pipeline = ComputePipeline::new(device, &shaders::EXACT_COMP, &sets, 16, &[])?;
+        Ok(ExactPass {
+            sets,
+            pipeline,
+            columns,
+            height: canvas.radiance.size()[1],
+            _sampler: sampler,
+        })
+    }
+
+    /// Adds rows `rows` of the light map.
+    pub fn record(&self, commands: vk::CommandBuffer, slot: usize, rows: [u32; 2]) {
+        self.pipeline.bind(commands, &self.sets, slot);
+        self.pipeline
+            .push(commands, bytemuck::cast_slice(&[self.columns, rows]));
+        self.pipeline
+            .dispatch_8x8(commands, [self.columns[1] - self.columns[0], self.height]);
+    }
+}

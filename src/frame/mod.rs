@@ -1,0 +1,695 @@
+//! The renderer. This page is the frame: every pass and every barrier, in order.
+//!
+//! Passes live in files of their own and know only the resources they are given
+//! ([`targets`]); what orders them is here and nowhere else.
+
+mod exact;
+mod geometry;
+mod light;
+mod resolve;
+mod run;
+mod shade;
+pub mod targets;
+pub mod uniforms;
+mod view;
+
+/// The table of compiled shaders, written by `build.rs`.
+#[allow(missing_docs, clippy::unreadable_literal)]
+pub mod shaders {
+    use crate::gpu::Shader;
+    include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+}
+
+use std::ffi::CStr;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ash::vk;
+use glam::{DVec2, DVec3};
+
+pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
+
+use crate::gpu::{
+    self, Buffer, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier, submit,
+};
+use crate::optics::sampling::r2;
+use crate::scene::{Jitter, LightFrame, Multiple, Plan, View};
+use exact::ExactPass;
+use geometry::Geometry;
+use light::LightPass;
+use resolve::ResolvePass;
+use shade::ShadePass;
+use targets::{Canvas, GBuffer, LightMap};
+use uniforms::Uniforms;
+use view::ViewPass;
+
+/// Frames recorded ahead of the device: how long may the host run before it waits? One
+/// frame more than the device works on keeps both busy; a third would only add latency.
+const FRAMES_IN_FLIGHT: usize = 2;
+
+/// How long should one submit of `exact` take? Short enough that a desktop on the same
+/// device stays alive and no watchdog fires, long enough that submitting costs nothing.
+const EXACT_SUBMIT: Duration = Duration::from_millis(400);
+
+/// How many texels may one submit of `exact` sum? llvmpipe ends every loop of a shader after
+/// 65535 iterations in all, without a word.
+const EXACT_TEXELS: u32 = 60_000;
+
+/// The passes, in the order of the frame; each has a label and a pair of timestamps.
+const PASSES: [(&str, &CStr); 7] = [
+    ("light", c"light"),
+    ("back", c"back"),
+    ("view", c"view"),
+    ("shade", c"shade"),
+    ("exact", c"exact"),
+    ("resolve", c"resolve"),
+    ("readback", c"readback"),
+];
+const LIGHT: u32 = 0;
+const BACK: u32 = 1;
+const VIEW: u32 = 2;
+const SHADE: u32 = 3;
+const EXACT: u32 = 4;
+const RESOLVE: u32 = 5;
+const READBACK: u32 = 6;
+
+/// How far a picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Averaged frames submitted.
+    Frame {
+        /// So far.
+        done: u32,
+        /// In all.
+        of: u32,
+    },
+    /// Rows of light maps summed by `exact`, over all frames.
+    Exact {
+        /// So far.
+        done: u64,
+        /// In all.
+        of: u64,
+    },
+}
+
+/// Device time of a pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// The pass, named as its label.
+    pub pass: String,
+    /// Mean over the frames, ms.
+    pub milliseconds: f64,
+}
+
+/// An intermediate image, for tests and captures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// D32 depth of the light map.
+    LightDepth,
+    /// T0 moments of the light map.
+    LightMoments,
+    /// D32 depth of the nearest back face.
+    BackDepth,
+    /// D32 depth of the view.
+    ViewDepth,
+    /// Octahedral normal of the view.
+    ViewNormal,
+    /// Radiance of the last frame.
+    Radiance,
+}
+
+/// Everything one plan needs on one device; made once, then no frame allocates.
+pub struct Renderer {
+    // Dropped first: a slot waits for the queue before anything it uses goes.
+    slots: Vec<Slot>,
+    stamps: Vec<Timestamps>,
+    uniforms: Vec<Buffer>,
+    geometry: Geometry,
+    light: LightPass,
+    camera: RenderPass,
+    view: ViewPass,
+    shade: ShadePass,
+    exact: Option<ExactPass>,
+    resolve: ResolvePass,
+    map: LightMap,
+    gbuffer: GBuffer,
+    canvas: Canvas,
+    mean_readback: Buffer,
+    display_readback: Buffer,
+    plan: Plan,
+    center: DVec3,
+    radius: f64,
+    light_frame: LightFrame,
+    pending: Vec<bool>,
+    pass_totals: [f64; PASSES.len()],
+    frames: u32,
+    device: Arc<Device>,
+}
+
+impl Renderer {
+    /// Prepares `plan` on `device`: every image, buffer and pipeline.
+    ///
+    /// `keep_gbuffer` stores the G-buffer so that [`Renderer::read`] can fetch it.
+    ///
+    /// # Errors
+    /// [`gpu::Error::OutOfMemory`] naming what did not fit, or what the driver says.
+    pub fn new(device: &Arc<Device>, plan: &Plan, keep_gbuffer: bool) -> gpu::Result<Self> {
+        let mesh = &plan.scene.mesh;
+        let (lo, hi) = mesh
+            .positions
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| {
+                (lo.min(p), hi.max(p))
+            });
+        // Positions are kept relative to the middle, so that float32 serves them best.
+        let center = 0.5 * (lo + hi);
+        let radius = mesh
+            .positions
+            .iter()
+            .map(|p| p.distance(center))
+            .fold(0.0, f64::max);
+        let light_frame = LightFrame::fit(
+            mesh.positions.iter().map(|&p| p - center),
+            plan.scene.light.to_light(),
+            plan.light_map,
+            DVec2::ZERO,
+        );
+
+        let slots = (0..FRAMES_IN_FLIGHT)
+            .map(|i| Slot::new(device, &format!("frame {i}")))
+            .collect::<gpu::Result<Vec<_>>>()?;
+        let stamps = (0..FRAMES_IN_FLIGHT)
+            .map(|i| Timestamps::new(device, &format!("stamps {i}"), PASSES.len() as u32))
+            .collect::<gpu::Result<Vec<_>>>()?;
+        let uniforms = (0..FRAMES_IN_FLIGHT)
+            .map(|i| {
+                let size = size_of::<Uniforms>() as u64;
+                let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
+                Buffer::new(
+                    device,
+                    &format!("uniforms {i}"),
+                    size,
+                    usage,
+                    Location::Upload,
+                )
+            })
+            .collect::<gpu::Result<Vec<_>>>()?;
+        let geometry = Geometry::new(device, mesh, center)?;
+        let map = LightMap::new(device, plan.light_map)?;
+        let gbuffer = GBuffer::new(device, plan.size)?;
+        let canvas = Canvas::new(device, plan.size)?;
+        let readback = |name, bytes: u64| {
+            let size = u64::from(plan.size[0]) * u64::from(plan.size[1]) * bytes;
+            Buffer::new(
+                device,
+                name,
+                size,
+                vk::BufferUsageFlags::TRANSFER_DST,
+                Location::Readback,
+            )
+        };
+
+        let parts = parts(plan);
+        let exact_columns = parts
+            .iter()
+            .find(|(_, method)| *method == Multiple::Exact)
+            .map(|(columns, _)| *columns);
+        let camera = view::render_pass(
+            device,
+            &gbuffer,
+            &canvas,
+            keep_gbuffer || exact_columns.is_some(),
+        )?;
+        let light = LightPass::new(device, &uniforms, &map)?;
+        let view = ViewPass::new(device, &uniforms, &camera)?;
+        let shade = ShadePass::new(
+            device,
+            &uniforms,
+            &camera,
+            view::SHADE,
+            &map,
+            &gbuffer,
+            &parts,
+            plan.specular,
+        )?;
+        let exact = exact_columns
+            .map(|columns| ExactPass::new(device, &uniforms, &map, &gbuffer, &canvas, columns))
+            .transpose()?;
+        let resolve = ResolvePass::new(device, &uniforms, &canvas)?;
+        Ok(Renderer {
+            slots,
+            stamps,
+            uniforms,
+            geometry,
+            light,
+            camera,
+            view,
+            shade,
+            exact,
+            resolve,
+            map,
+            gbuffer,
+            canvas,
+            mean_readback: readback("mean readback", 16)?,
+            display_readback: readback("display readback", 4)?,
+            plan: plan.clone(),
+            center,
+            radius,
+            light_frame,
+            pending: vec![false; FRAMES_IN_FLIGHT],
+            pass_totals: [0.0; PASSES.len()],
+            frames: 0,
+            device: Arc::clone(device),
+        })
+    }
+
+    /// The point that positions on the device are relative to, mm.
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// The view of frame `index`, relative to [`Renderer::center`].
+    pub fn view(&self, index: u32) -> View {
+        let mut camera = self.plan.scene.camera.clone();
+        camera.eye -= self.center;
+        camera.target -= self.center;
+        let jitter = if self.plan.jitter == Jitter::All {
+            offsets(index)[0]
+        } else {
+            DVec2::ZERO
+        };
+        let [width, height] = self.plan.size;
+        camera.view(width, height, DVec3::ZERO, self.radius, jitter)
+    }
+
+    /// The light map's frame in frame `index`, relative to [`Renderer::center`].
+    pub fn light_frame(&self, index: u32) -> LightFrame {
+        let mut light = self.light_frame.clone();
+        if self.plan.jitter == Jitter::All {
+            light.origin += offsets(index)[1] * light.texel;
+        }
+        light
+    }
+
+    /// Renders and averages the plan's frames; returns the mean time of a frame on the wall.
+    ///
+    /// # Errors
+    /// [`gpu::Error::DeviceLost`] among others.
+    pub fn render(&mut self, progress: &mut dyn FnMut(Progress)) -> gpu::Result<Duration> {
+        self.render_frames(0..self.plan.frames_averaged, progress)
+    }
+
+    /// Renders and averages frames `range`, as [`Renderer::render`]. A frame depends only on
+    /// its number.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_frames(
+        &mut self,
+        range: Range<u32>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> gpu::Result<Duration> {
+        let (first, frames) = (range.start, range.end.saturating_sub(range.start));
+        self.pass_totals = [0.0; PASSES.len()];
+        self.frames = frames;
+        let start = Instant::now();
+        for index in range {
+            let done = index - first;
+            let slot = done as usize % FRAMES_IN_FLIGHT;
+            self.collect(slot)?;
+            let sequence = match self.plan.jitter {
+                Jitter::Off => r2([0.0; 2], 0).into(),
+                Jitter::Samples | Jitter::All => r2([0.0; 2], index).into(),
+            };
+            let uniforms = Uniforms::new(
+                &self.plan,
+                &self.view(index),
+                &self.light_frame(index),
+                done,
+                sequence,
+            );
+            self.uniforms[slot].write(bytemuck::bytes_of(&uniforms))?;
+
+            let mut commands = self.slots[slot].begin()?;
+            self.stamps[slot].reset(commands);
+            self.record_scene(commands, slot);
+            if self.exact.is_some() {
+                commands = self.sum_exact(commands, slot, done, progress)?;
+            }
+            self.record_resolve(commands, slot, done == 0);
+            if done + 1 == frames {
+                self.record_readback(commands, slot);
+            }
+            self.slots[slot].submit()?;
+            self.pending[slot] = true;
+            progress(Progress::Frame {
+                done: done + 1,
+                of: frames,
+            });
+        }
+        for slot in 0..FRAMES_IN_FLIGHT {
+            self.collect(slot)?;
+        }
+        Ok(start.elapsed() / frames.max(1))
+    }
+
+    /// The frame, up to radiance.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
+        let device = &*self.device;
+        let (map, gbuffer, canvas) = (&self.map, &self.gbuffer, &self.canvas);
+        // `exact` reads map and G-buffer in compute, the shade pass in the fragment shader.
+        let (map_read, depth_read, normal_read) = if self.exact.is_some() {
+            (Use::SHADERS_SAMPLE, Use::DEPTH_INPUT_AND_SAMPLE, Use::SHADERS_INPUT_AND_SAMPLE)
+        } else {
+            (Use::FRAGMENT_SAMPLE, Use::DEPTH_INPUT, Use::COLOR_INPUT)
+        };
+
+        // light: what the light sees. The map is drawn anew, since light and mesh may have moved.
+        barrier::image(
+            device, commands, c"WAR: the previous frame shades from the light depth",
+            &map.depth, Use::FRAGMENT_SAMPLE_DEPTH.discarding(), Use::DEPTH_WRITE,
+        );
+        barrier::image(
+            device, commands, c"WAR: the previous frame shades from the light moments",
+            &map.moments, map_read.discarding(), Use::COLOR_WRITE,
+        );
+        self.begin(commands, slot, LIGHT);
+        self.light.record(commands, slot, &self.geometry);
+        self.end(commands, slot, LIGHT);
+        barrier::image(
+            device, commands, c"RAW: shading compares with the light depth",
+            &map.depth, Use::DEPTH_WRITE, Use::FRAGMENT_SAMPLE_DEPTH,
+        );
+        barrier::image(
+            device, commands, c"RAW: shading samples the light moments",
+            &map.moments, Use::COLOR_WRITE, map_read,
+        );
+
+        // view and shade: one render pass of three subpasses (view.rs has their dependencies).
+        barrier::image(
+            device, commands, c"WAR: the previous frame reads the back faces' depth",
+            &gbuffer.back, Use::DEPTH_INPUT.discarding(), Use::DEPTH_WRITE,
+        );
+        barrier::image(
+            device, commands, c"WAR: the previous frame reads the view depth",
+            &gbuffer.depth, depth_read.discarding(), Use::DEPTH_WRITE,
+        );
+        barrier::image(
+            device, commands, c"WAR: the previous frame reads the normals",
+            &gbuffer.normal, normal_read.discarding(), Use::COLOR_WRITE,
+        );
+        barrier::image(
+            device, commands, c"WAR: the previous frame resolves the radiance",
+            &canvas.radiance, Use::COMPUTE_STORAGE.discarding(), Use::COLOR_WRITE,
+        );
+        self.camera.begin(commands, &view::clear_values());
+        self.begin(commands, slot, BACK);
+        self.view.record_back(commands, slot, &self.geometry);
+        self.end(commands, slot, BACK);
+        self.camera.next(commands);
+        self.begin(commands, slot, VIEW);
+        self.view.record(commands, slot, &self.geometry);
+        self.end(commands, slot, VIEW);
+        self.camera.next(commands);
+        self.begin(commands, slot, SHADE);
+        self.shade.record(commands, slot);
+        self.end(commands, slot, SHADE);
+        self.camera.end(commands);
+        barrier::image(
+            device, commands, c"RAW: compute reads the radiance",
+            &canvas.radiance, Use::COLOR_WRITE, Use::COMPUTE_STORAGE,
+        );
+        if self.exact.is_some() {
+            barrier::image(
+                device, commands, c"RAW: exact reads the view depth",
+                &gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT), Use::COMPUTE_SAMPLE_DEPTH,
+            );
+            barrier::image(
+                device, commands, c"RAW: exact reads the normals",
+                &gbuffer.normal, Use::COLOR_WRITE.left_in(Use::COLOR_INPUT), Use::COMPUTE_SAMPLE,
+            );
+        }
+    }
+
+    /// exact: the sum over the light map, in submits of about [`EXACT_SUBMIT`]; goes on in
+    /// the command buffer it returns.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn sum_exact(
+        &mut self,
+        mut commands: vk::CommandBuffer,
+        slot: usize,
+        frame: u32,
+        progress: &mut dyn FnMut(Progress),
+    ) -> gpu::Result<vk::CommandBuffer> {
+        let rows = self.plan.light_map;
+        let of = u64::from(rows) * u64::from(self.frames);
+        let mut done = 0;
+        // One row first: how fast the device is, only a measurement tells.
+        let mut band = 1;
+        while done < rows {
+            let next = (done + band).min(rows);
+            self.slots[slot].submit()?;
+            self.pending[slot] = true;
+            self.collect(slot)?;
+            commands = self.slots[slot].begin()?;
+            self.stamps[slot].reset(commands);
+            barrier::image(
+                &self.device, commands, c"RAW, WAW: each band adds to the one before",
+                &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+            );
+            let start = Instant::now();
+            self.begin(commands, slot, EXACT);
+            if let Some(exact) = &self.exact {
+                exact.record(commands, slot, [done, next]);
+            }
+            self.end(commands, slot, EXACT);
+            self.slots[slot].submit()?;
+            self.pending[slot] = true;
+            self.collect(slot)?;
+            let seconds = start.elapsed().as_secs_f64() / f64::from(next - done);
+            // At most eightfold, lest the first measurement was of a device half asleep.
+            let wanted = EXACT_SUBMIT.as_secs_f64() / seconds.max(1e-6);
+            band = (wanted as u32).min(EXACT_TEXELS / rows).clamp(1, 8 * band);
+            done = next;
+            progress(Progress::Exact { done: u64::from(frame) * u64::from(rows) + u64::from(done), of });
+            commands = self.slots[slot].begin()?;
+            self.stamps[slot].reset(commands);
+        }
+        barrier::image(
+            &self.device, commands, c"RAW: resolve reads what exact has added",
+            &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+        );
+        Ok(commands)
+    }
+
+    /// resolve: the running mean and its encoding.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, first: bool) {
+        let canvas = &self.canvas;
+        let before = if first { Use::DISCARD } else { Use::COMPUTE_STORAGE };
+        barrier::image(
+            &self.device, commands, c"RAW, WAW: the mean goes on from the previous frame",
+            &canvas.mean, before, Use::COMPUTE_STORAGE,
+        );
+        barrier::image(
+            &self.device, commands, c"WAW: the previous frame wrote the display image",
+            &canvas.display, before, Use::COMPUTE_STORAGE,
+        );
+        self.begin(commands, slot, RESOLVE);
+        self.resolve.record(commands, slot);
+        self.end(commands, slot, RESOLVE);
+    }
+
+    /// readback: mean and display to the host.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_readback(&self, commands: vk::CommandBuffer, slot: usize) {
+        let canvas = &self.canvas;
+        barrier::image(
+            &self.device, commands, c"RAW: the copy reads the mean",
+            &canvas.mean, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+        );
+        barrier::image(
+            &self.device, commands, c"RAW: the copy reads the display image",
+            &canvas.display, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+        );
+        self.begin(commands, slot, READBACK);
+        submit::record_readback(&self.device, commands, &canvas.mean, &self.mean_readback);
+        submit::record_readback(&self.device, commands, &canvas.display, &self.display_readback);
+        self.end(commands, slot, READBACK);
+    }
+
+    /// Opens a pass: label and timestamp.
+    fn begin(&self, commands: vk::CommandBuffer, slot: usize, pass: u32) {
+        self.device.begin_label(commands, PASSES[pass as usize].1);
+        self.stamps[slot].start(commands, pass);
+    }
+
+    /// Closes a pass.
+    fn end(&self, commands: vk::CommandBuffer, slot: usize, pass: u32) {
+        self.stamps[slot].end(commands, pass);
+        self.device.end_label(commands);
+    }
+
+    /// Waits for the slot's last submit and adds up its times.
+    fn collect(&mut self, slot: usize) -> gpu::Result<()> {
+        self.slots[slot].wait()?;
+        if std::mem::take(&mut self.pending[slot]) {
+            for (pass, total) in (0..).zip(&mut self.pass_totals) {
+                *total += self.stamps[slot].milliseconds(pass).unwrap_or(0.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Device time of each pass that ran, as a mean over the frames (readback: once).
+    pub fn pass_times(&self) -> Vec<PassTime> {
+        let frames = f64::from(self.frames.max(1));
+        PASSES
+            .iter()
+            .zip(self.pass_totals)
+            .filter(|(_, total)| *total > 0.0)
+            .map(|(&(pass, _), total)| {
+                let runs = if pass == "readback" { 1.0 } else { frames };
+                PassTime {
+                    pass: pass.to_owned(),
+                    milliseconds: total / runs,
+                }
+            })
+            .collect()
+    }
+
+    /// Linear RGBA radiance averaged over the frames, premultiplied by coverage, row-major.
+    ///
+    /// # Errors
+    /// [`gpu::Error::Vulkan`] where the host cannot see it.
+    pub fn radiance(&self) -> gpu::Result<Vec<[f32; 4]>> {
+        Ok(bytemuck::pod_collect_to_vec(self.mean_readback.read()?))
+    }
+
+    /// The picture encoded for display: sRGB, straight alpha, row-major.
+    ///
+    /// # Errors
+    /// As [`Renderer::radiance`].
+    pub fn display(&self) -> gpu::Result<Vec<[u8; 4]>> {
+        Ok(bytemuck::pod_collect_to_vec(self.display_readback.read()?))
+    }
+
+    /// Copies an intermediate image of the last frame to the host, as up to four floats a
+    /// texel, row-major; missing components are 0.
+    ///
+    /// The G-buffer is there only if it was asked to be kept.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn read(&mut self, target: Target) -> gpu::Result<Vec<[f32; 4]>> {
+        let exact = self.exact.is_some();
+        let (image, state): (&Image, Use) = match target {
+            Target::LightDepth => (&self.map.depth, Use::FRAGMENT_SAMPLE_DEPTH),
+            Target::LightMoments => (&self.map.moments, Use::FRAGMENT_SAMPLE),
+            Target::BackDepth => (
+                &self.gbuffer.back,
+                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
+            ),
+            Target::ViewDepth if exact => (&self.gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
+            Target::ViewDepth => (
+                &self.gbuffer.depth,
+                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
+            ),
+            Target::ViewNormal if exact => (&self.gbuffer.normal, Use::COMPUTE_SAMPLE),
+            Target::ViewNormal => (
+                &self.gbuffer.normal,
+                Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
+            ),
+            Target::Radiance => (&self.canvas.radiance, Use::COMPUTE_STORAGE),
+        };
+        let [width, height] = image.size();
+        let bytes = match image.format() {
+            vk::Format::R32G32B32A32_SFLOAT => 16,
+            _ => 4,
+        };
+        let buffer = Buffer::new(
+            &self.device,
+            "capture",
+            u64::from(width) * u64::from(height) * bytes,
+            vk::BufferUsageFlags::TRANSFER_DST,
+            Location::Readback,
+        )?;
+        let mut slot = Slot::new(&self.device, "capture")?;
+        let commands = slot.begin()?;
+        barrier::image(
+            &self.device,
+            commands,
+            c"RAW: the copy reads what the frame has left",
+            image,
+            state,
+            Use::COPY_SOURCE,
+        );
+        submit::record_readback(&self.device, commands, image, &buffer);
+        barrier::image(
+            &self.device,
+            commands,
+            c"WAR: the next frame finds the image as it was",
+            image,
+            Use::COPY_SOURCE,
+            state,
+        );
+        slot.submit()?;
+        slot.wait()?;
+        let data = buffer.read()?;
+        let pair = |c: &[u8; 4]| [[c[0], c[1]], [c[2], c[3]]];
+        Ok(match image.format() {
+            vk::Format::R32G32B32A32_SFLOAT => bytemuck::pod_collect_to_vec(data),
+            vk::Format::R16G16_SNORM => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
+                .iter()
+                .map(|c| {
+                    let [x, y] =
+                        pair(c).map(|c| (f32::from(i16::from_ne_bytes(c)) / 32767.0).max(-1.0));
+                    [x, y, 0.0, 0.0]
+                })
+                .collect(),
+            vk::Format::R16G16_SFLOAT => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
+                .iter()
+                .map(|c| {
+                    let [x, y] = pair(c).map(|c| half(u16::from_ne_bytes(c)));
+                    [x, y, 0.0, 0.0]
+                })
+                .collect(),
+            _ => bytemuck::pod_collect_to_vec::<u8, f32>(data)
+                .iter()
+                .map(|&x| [x, 0.0, 0.0, 0.0])
+                .collect(),
+        })
+    }
+}
+
+/// The finite value of a half-precision float.
+fn half(bits: u16) -> f32 {
+    let sign = if bits & 0x8000 == 0 { 1.0 } else { -1.0 };
+    let (exponent, fraction) = (i32::from(bits >> 10) & 31, f32::from(bits & 0x3ff));
+    if exponent == 0 {
+        sign * fraction * 2f32.powi(-24)
+    } else {
+        sign * (1024.0 + fraction) * 2f32.powi(exponent - 25)
+    }
+}
+
+/// The picture's ranges of columns and their methods.
+fn parts(plan: &Plan) -> Vec<([u32; 2], Multiple)> {
+    let width = plan.size[0];
+    match plan.split {
+        Some(left) => vec![([0, width / 2], left), ([width / 2, width], plan.multiple)],
+        None => vec![([0, width], plan.multiple)],
+    }
+}
+
+/// Sub-pixel offset of the camera and sub-texel offset of the light map in frame `index`,
+/// each in [-1/2, 1/2)^2 and 0 in frame 0: Roberts's sequence in four dimensions, so that
+/// the two are not in step.
+fn offsets(index: u32) -> [DVec2; 2] {
+    // The positive root of x^5 = x + 1.
+    const PHI_4: f64 = 1.167_303_978_261_418_7;
+    let at = |k: i32| (0.5 + f64::from(index) * PHI_4.powi(-k)).fract() - 0.5;
+    [DVec2::new(at(1), at(2)), DVec2::new(at(3), at(4))]
+}

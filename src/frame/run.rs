@@ -1,0 +1,285 @@
+//! From a plan to a picture: opens a device, renders, reports.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::geometry::Geometry;
+use super::{PassTime, Progress, Renderer};
+use crate::gpu::{self, Candidate, Device, Instance};
+use crate::ledger;
+use crate::scene::Plan;
+
+/// Names a Vulkan loader library in place of the system's.
+const LOADER_VARIABLE: &str = "MARMOR_VULKAN_LOADER";
+
+/// Which device, and how it is watched.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Part of a device's name, or its index; none takes the most capable.
+    pub device: Option<String>,
+    /// Whether the Khronos validation layer watches, synchronisation included.
+    pub validation: bool,
+    /// Bytes of device memory to use at most, as if the device had no more.
+    pub memory_limit: Option<u64>,
+}
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No usable device; the message holds the remedy.
+    #[error("{0}")]
+    NoDevice(String),
+    /// The request does not fit the device.
+    #[error("{0}")]
+    TooLarge(String),
+    /// The device was lost, ran out of memory or its driver failed.
+    #[error("{0}")]
+    Device(String),
+}
+
+impl From<gpu::Error> for Error {
+    fn from(error: gpu::Error) -> Self {
+        match error {
+            gpu::Error::NoDevice(message) => Error::NoDevice(message),
+            gpu::Error::OutOfMemory { .. } => Error::Device(format!(
+                "{error}; lower --size or --light-map, or decimate the mesh"
+            )),
+            error => Error::Device(error.to_string()),
+        }
+    }
+}
+
+/// A Vulkan device as `marmor devices` shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceInfo {
+    /// Its index for `--device`.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// Discrete GPU, integrated GPU, virtual GPU or CPU.
+    pub kind: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// Vulkan version.
+    pub api: String,
+    /// Size of its largest device-local heap, MiB.
+    pub memory_mib: u64,
+    /// Required features that it lacks; empty when usable.
+    pub lacks: Vec<String>,
+    /// Optional features that it lacks, and what happens then.
+    pub notes: Vec<String>,
+    /// Whether it would be used.
+    pub chosen: bool,
+}
+
+/// A finished picture and how it came about.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Linear RGBA radiance, premultiplied by coverage, row-major.
+    pub radiance: Vec<[f32; 4]>,
+    /// sRGB with straight alpha, row-major.
+    pub display: Vec<[u8; 4]>,
+    /// Name of the device.
+    pub device: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// Device time of each pass.
+    pub passes: Vec<PassTime>,
+    /// Mean time of a frame on the wall, ms.
+    pub wall_milliseconds: f64,
+    /// Declared fetches: pass, term, what is read, and how often per pixel.
+    pub fetches: Vec<(String, String, String, u32)>,
+    /// What the validation layer said.
+    pub validation_messages: Vec<String>,
+}
+
+fn instance(options: &Options) -> Result<Arc<Instance>, Error> {
+    let loader = std::env::var(LOADER_VARIABLE).ok();
+    Ok(Arc::new(Instance::new(
+        options.validation,
+        loader.as_deref(),
+    )?))
+}
+
+/// Lists the Vulkan devices.
+///
+/// # Errors
+/// [`Error::NoDevice`] where there is no loader or no device.
+pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
+    let instance = instance(options)?;
+    let list = Candidate::list(&instance)?;
+    let chosen = match Candidate::choose(&list, options.device.as_deref()) {
+        Ok(candidate) => Some(candidate.index),
+        // What was asked for by name must exist; that none is usable, the list itself says.
+        Err(error) if options.device.is_some() => return Err(error.into()),
+        Err(_) => None,
+    };
+    Ok(list
+        .iter()
+        .map(|c| {
+            let mut notes = Vec::new();
+            let mut note = |lacking: bool, text: &str| {
+                if lacking {
+                    notes.push(text.to_owned());
+                }
+            };
+            note(
+                !c.snorm_normals,
+                "no R16G16_SNORM attachment: normals are half floats",
+            );
+            note(!c.linear_float, "no linear RGBA32F filter");
+            note(
+                c.limits.timestamp_compute_and_graphics == vk::FALSE,
+                "no timestamps: passes are not timed",
+            );
+            DeviceInfo {
+                index: c.index,
+                name: c.name.clone(),
+                kind: match c.kind {
+                    vk::PhysicalDeviceType::DISCRETE_GPU => "discrete GPU",
+                    vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated GPU",
+                    vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual GPU",
+                    vk::PhysicalDeviceType::CPU => "CPU",
+                    _ => "other",
+                }
+                .to_owned(),
+                driver: c.driver.clone(),
+                api: c.api.clone(),
+                memory_mib: c.memory >> 20,
+                lacks: c.lacks.clone(),
+                notes,
+                chosen: chosen == Some(c.index),
+            }
+        })
+        .collect())
+}
+
+/// Opens the device that `options` ask for.
+///
+/// # Errors
+/// [`Error::NoDevice`] where nothing matches.
+pub fn open_device(options: &Options) -> Result<Arc<Device>, Error> {
+    let instance = instance(options)?;
+    let list = Candidate::list(&instance)?;
+    let candidate = Candidate::choose(&list, options.device.as_deref())?;
+    tracing::info!(
+        "device {}: {}, {}",
+        candidate.index,
+        candidate.name,
+        candidate.driver
+    );
+    Ok(Device::new(&instance, &candidate)?)
+}
+
+/// Renders `plan`.
+///
+/// # Errors
+/// [`Error::TooLarge`] before anything is allocated where the plan cannot fit the device.
+pub fn render(
+    options: &Options,
+    plan: &Plan,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Picture, Error> {
+    let device = open_device(options)?;
+    check_fit(options, plan, device.candidate())?;
+    let mut renderer = Renderer::new(&device, plan, false)?;
+    warn_coarse(plan, &renderer);
+    let wall = renderer.render(progress)?;
+    Ok(Picture {
+        size: plan.size,
+        radiance: renderer.radiance()?,
+        display: renderer.display()?,
+        device: device.candidate().name.clone(),
+        driver: device.candidate().driver.clone(),
+        passes: renderer.pass_times(),
+        wall_milliseconds: wall.as_secs_f64() * 1e3,
+        fetches: ledger::declared(plan)
+            .into_iter()
+            .map(|f| {
+                (
+                    f.pass.to_owned(),
+                    f.term.to_owned(),
+                    f.what.to_owned(),
+                    f.per_pixel,
+                )
+            })
+            .collect(),
+        validation_messages: device.instance().take_messages(),
+    })
+}
+
+/// Refuses, before anything is allocated, what cannot fit.
+fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<(), Error> {
+    let limit = candidate
+        .limits
+        .max_image_dimension2_d
+        .min(candidate.limits.max_framebuffer_width);
+    let largest = plan.size[0].max(plan.size[1]);
+    if largest > limit {
+        return Err(Error::TooLarge(format!(
+            "--size {}x{}: {} draws at most {limit} pixels a side; lower --size",
+            plan.size[0], plan.size[1], candidate.name
+        )));
+    }
+    if plan.light_map > limit {
+        return Err(Error::TooLarge(format!(
+            "--light-map {}: {} draws at most {limit} texels a side; lower --light-map",
+            plan.light_map, candidate.name
+        )));
+    }
+    let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
+    let texels = u64::from(plan.light_map).pow(2);
+    // Bytes a pixel: G-buffer 12, radiance and mean 32, display 4, readback 20; a texel: 20.
+    let images = pixels * 68 + texels * 20;
+    let mesh = Geometry::bytes(&plan.scene.mesh);
+    let memory = options
+        .memory_limit
+        .unwrap_or(u64::MAX)
+        .min(candidate.memory);
+    if images + mesh > memory {
+        let (what, remedy) = if mesh > images {
+            (
+                format!(
+                    "{}: {} triangles",
+                    plan.scene.name,
+                    plan.scene.mesh.triangles.len()
+                ),
+                "decimate the mesh",
+            )
+        } else {
+            (
+                format!(
+                    "{}x{} pixels, light map {}",
+                    plan.size[0], plan.size[1], plan.light_map
+                ),
+                "lower --size or --light-map",
+            )
+        };
+        return Err(Error::TooLarge(format!(
+            "{what}: needs {} MiB, {} offers {} MiB; {remedy}, or choose another --device",
+            (images + mesh).div_ceil(1 << 20),
+            candidate.name,
+            memory >> 20
+        )));
+    }
+    Ok(())
+}
+
+/// Says when the light map is too coarse for the material: a texel should not exceed the
+/// depth of the real source, or the sum over texels no longer resolves R_d.
+fn warn_coarse(plan: &Plan, renderer: &Renderer) {
+    let material = &plan.scene.material;
+    let sigma_t = (material.sigma_s + material.sigma_a).max_element();
+    let texel = renderer.light_frame(0).texel;
+    if texel * sigma_t > 1.0 {
+        tracing::warn!(
+            "a light texel of {texel:.3} mm is coarser than the mean free path of {:.3} mm; \
+             --light-map {} resolves it",
+            1.0 / sigma_t,
+            (f64::from(plan.light_map) * texel * sigma_t).ceil()
+        );
+    }
+}

@@ -1,0 +1,121 @@
+//! The uniforms of one frame: `shared.glsl`'s block, field by field.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use crate::optics::dipole::Dipole;
+use crate::scene::{LightFrame, Plan, View};
+
+/// Fraction of clip depth that the caster's range fills: `LIGHT_DEPTH_MARGIN` of `shared.glsl`.
+const LIGHT_DEPTH_MARGIN: f64 = 1.001;
+
+/// Smallest effective transport coefficient, mm^-1. Without absorption the sampling of the
+/// radius would divide by 0; this floor changes R_d by less than 1e-6 within 100 mm.
+const SIGMA_TR_MIN: f64 = 1e-5;
+
+/// The block `Frame` of `shared.glsl`, in its order. Lengths in mm, coefficients in mm^-1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Uniforms {
+    /// Scene to clip space of the camera, by columns.
+    pub view_proj: [f32; 16],
+    /// Scene to clip space of the light, by columns.
+    pub light_proj: [f32; 16],
+    /// Camera position; w: near * far.
+    pub eye: [f32; 4],
+    /// Ray through pixel coordinates (0, 0); w: far.
+    pub ray_0: [f32; 4],
+    /// Change of the ray by one pixel right; w: far - near.
+    pub ray_x: [f32; 4],
+    /// Change of the ray by one pixel down.
+    pub ray_y: [f32; 4],
+    /// Axis of the light map's columns; w: minus the map's corner.
+    pub light_u: [f32; 4],
+    /// Axis of the light map's rows; w: minus the map's corner.
+    pub light_v: [f32; 4],
+    /// Axis away from the light; w: minus the middle depth.
+    pub light_z: [f32; 4],
+    /// Texel, 1 / texel, half depth range, 1 / half depth range.
+    pub light_scale: [f32; 4],
+    /// E0 per channel; w: area of a light texel, mm^2.
+    pub irradiance: [f32; 4],
+    /// Effective transport coefficient per channel; w: eta.
+    pub sigma_tr: [f32; 4],
+    /// Depth of the real source per channel; w: GGX alpha.
+    pub z_r: [f32; 4],
+    /// Height of the virtual source per channel; w: exposure.
+    pub z_v: [f32; 4],
+    /// Reduced albedo per channel.
+    pub alpha_prime: [f32; 4],
+    /// Total diffuse reflectance per channel.
+    pub r_tot: [f32; 4],
+    /// Offsets of radius and angle of the frame's samples; z: 1 / (frames so far + 1).
+    pub sequence: [f32; 4],
+    /// Linear rgb; w: 1 where it is put behind the picture.
+    pub background: [f32; 4],
+}
+
+fn vec4(v: DVec3, w: f64) -> [f32; 4] {
+    v.as_vec3().extend(w as f32).to_array()
+}
+
+impl Uniforms {
+    /// The uniforms of the frame after `done` others of the plan, as seen by `view` and lit through `light`.
+    ///
+    /// Both are relative to the scene's centre. `sequence` offsets the samples' radius and angle.
+    pub fn new(plan: &Plan, view: &View, light: &LightFrame, done: u32, sequence: DVec2) -> Self {
+        let material = &plan.scene.material;
+        let dipoles =
+            [0, 1, 2].map(|c| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta));
+        let rgb = |f: fn(&Dipole) -> f64| DVec3::from_array([0, 1, 2].map(|c| f(&dipoles[c])));
+        let background = plan
+            .background
+            .map_or([0.0; 4], |b| vec4(DVec3::from_array(b), 1.0));
+        Uniforms {
+            view_proj: view.view_proj.as_mat4().to_cols_array(),
+            light_proj: light_projection(light),
+            eye: vec4(view.eye, view.near * view.far),
+            ray_0: vec4(view.ray_0, view.far),
+            ray_x: vec4(view.ray_x, view.far - view.near),
+            ray_y: vec4(view.ray_y, 0.0),
+            light_u: vec4(light.u, -light.origin.x),
+            light_v: vec4(light.v, -light.origin.y),
+            light_z: vec4(-light.to_light, -light.z_center),
+            light_scale: vec4(
+                DVec3::new(light.texel, 1.0 / light.texel, light.z_half),
+                1.0 / light.z_half,
+            ),
+            irradiance: vec4(
+                plan.scene.light.perpendicular_irradiance(),
+                light.texel_area(),
+            ),
+            sigma_tr: vec4(
+                rgb(|d| d.sigma_tr).max(DVec3::splat(SIGMA_TR_MIN)),
+                material.eta,
+            ),
+            z_r: vec4(rgb(|d| d.z_r), material.roughness),
+            z_v: vec4(rgb(|d| d.z_v), plan.exposure),
+            alpha_prime: vec4(rgb(|d| d.alpha_prime), 0.0),
+            r_tot: vec4(rgb(Dipole::total), 0.0),
+            sequence: vec4(sequence.extend(1.0 / (f64::from(done) + 1.0)), 0.0),
+            background,
+        }
+    }
+}
+
+/// Scene to clip space of the light: columns of the map along x, rows along y, depth
+/// along z, with the margin of `to_light_depth` in `shared.glsl`.
+fn light_projection(light: &LightFrame) -> [f32; 16] {
+    let scale = 2.0 / (light.texel * f64::from(light.size));
+    let depth = 0.5 / (light.z_half * LIGHT_DEPTH_MARGIN);
+    let x = light.u * scale;
+    let y = light.v * scale;
+    let z = -light.to_light * depth;
+    let column = |i: usize| Vec3::new(x[i] as f32, y[i] as f32, z[i] as f32).extend(0.0);
+    let last = DVec3::new(
+        -light.origin.x * scale - 1.0,
+        -light.origin.y * scale - 1.0,
+        0.5 - light.z_center * depth,
+    );
+    glam::Mat4::from_cols(column(0), column(1), column(2), last.as_vec3().extend(1.0))
+        .to_cols_array()
+}

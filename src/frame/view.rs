@@ -1,0 +1,188 @@
+//! The view pass: the G-buffer, as the first two subpasses of the render pass that shades.
+//!
+//! Shaders `view.vert`, `view.frag`; CPU twin [`crate::cpu::view`].
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::geometry::{Geometry, VERTEX_OFFSETS, VERTEX_STRIDE};
+use super::shaders;
+use super::targets::{Canvas, GBuffer};
+use crate::gpu::{
+    self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, RenderPass,
+};
+
+/// Subpass that draws the depth of the nearest back faces.
+const BACK: u32 = 0;
+/// Subpass that draws depth and normal.
+const VIEW: u32 = 1;
+/// Subpass that shades.
+pub const SHADE: u32 = 2;
+
+/// The render pass of the camera: back faces, G-buffer and shading, one subpass each, so
+/// that the G-buffer need never leave the tile.
+pub fn render_pass(
+    device: &Arc<Device>,
+    gbuffer: &GBuffer,
+    canvas: &Canvas,
+    keep_gbuffer: bool,
+) -> gpu::Result<RenderPass> {
+    const ATTACH_DEPTH: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+    const READ_DEPTH: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    const ATTACH_COLOR: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    const READ_COLOR: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+
+    let store_gbuffer = if keep_gbuffer {
+        vk::AttachmentStoreOp::STORE
+    } else {
+        vk::AttachmentStoreOp::DONT_CARE
+    };
+    let attachment = |image: &gpu::Image, store, before, after| {
+        vk::AttachmentDescription::default()
+            .format(image.format())
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(store)
+            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+            .initial_layout(before)
+            .final_layout(after)
+    };
+    let attachments = [
+        attachment(&gbuffer.back, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
+        attachment(&gbuffer.depth, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
+        attachment(&gbuffer.normal, store_gbuffer, ATTACH_COLOR, READ_COLOR),
+        attachment(
+            &canvas.radiance,
+            vk::AttachmentStoreOp::STORE,
+            ATTACH_COLOR,
+            ATTACH_COLOR,
+        ),
+    ];
+    let refer = |attachment, layout| vk::AttachmentReference { attachment, layout };
+    let back = refer(0, ATTACH_DEPTH);
+    let depth = refer(1, ATTACH_DEPTH);
+    let depth_again = refer(1, READ_DEPTH);
+    let normal = [refer(2, ATTACH_COLOR)];
+    let radiance = [refer(3, ATTACH_COLOR)];
+    // In the order of shade.frag's input_attachment_index.
+    let inputs = [
+        refer(1, READ_DEPTH),
+        refer(2, READ_COLOR),
+        refer(0, READ_DEPTH),
+    ];
+    let graphics =
+        vk::SubpassDescription::default().pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS);
+    let subpasses = [
+        graphics.depth_stencil_attachment(&back),
+        graphics
+            .color_attachments(&normal)
+            .depth_stencil_attachment(&depth)
+            .preserve_attachments(&[0]),
+        graphics
+            .color_attachments(&radiance)
+            .depth_stencil_attachment(&depth_again)
+            .input_attachments(&inputs),
+    ];
+
+    use vk::{AccessFlags as A, PipelineStageFlags as S};
+    let tests = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS;
+    let dependencies = [
+        // RAW: shading reads the back faces' depth at its own pixel.
+        vk::SubpassDependency::default()
+            .src_subpass(BACK)
+            .dst_subpass(SHADE)
+            .src_stage_mask(tests)
+            .src_access_mask(A::DEPTH_STENCIL_ATTACHMENT_WRITE)
+            .dst_stage_mask(S::FRAGMENT_SHADER)
+            .dst_access_mask(A::INPUT_ATTACHMENT_READ)
+            .dependency_flags(vk::DependencyFlags::BY_REGION),
+        // RAW: shading reads depth and normal at its own pixel, and tests the depth.
+        vk::SubpassDependency::default()
+            .src_subpass(VIEW)
+            .dst_subpass(SHADE)
+            .src_stage_mask(tests | S::COLOR_ATTACHMENT_OUTPUT)
+            .src_access_mask(A::DEPTH_STENCIL_ATTACHMENT_WRITE | A::COLOR_ATTACHMENT_WRITE)
+            .dst_stage_mask(tests | S::FRAGMENT_SHADER)
+            .dst_access_mask(A::DEPTH_STENCIL_ATTACHMENT_READ | A::INPUT_ATTACHMENT_READ)
+            .dependency_flags(vk::DependencyFlags::BY_REGION),
+    ];
+    let info = vk::RenderPassCreateInfo::default()
+        .attachments(&attachments)
+        .subpasses(&subpasses)
+        .dependencies(&dependencies);
+    let images = [
+        &gbuffer.back,
+        &gbuffer.depth,
+        &gbuffer.normal,
+        &canvas.radiance,
+    ];
+    RenderPass::new(device, "view and shade", &info, &images)
+}
+
+/// What the attachments are cleared to, in their order: no surface, no radiance.
+pub fn clear_values() -> [vk::ClearValue; 4] {
+    let far = vk::ClearValue {
+        depth_stencil: vk::ClearDepthStencilValue {
+            depth: 1.0,
+            stencil: 0,
+        },
+    };
+    let zero = vk::ClearValue {
+        color: vk::ClearColorValue { float32: [0.0; 4] },
+    };
+    [far, far, zero, zero]
+}
+
+/// The draws of the first two subpasses.
+pub struct ViewPass {
+    sets: DescriptorSets,
+    back: GraphicsPipeline,
+    front: GraphicsPipeline,
+}
+
+impl ViewPass {
+    /// Prepares the draws for `pass`, with one uniform buffer a frame slot.
+    pub fn new(device: &Arc<Device>, uniforms: &[Buffer], pass: &RenderPass) -> gpu::Result<Self> {
+        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let bindings: Vec<_> = uniforms.iter().map(|u| vec![Binding::Uniform(u)]).collect();
+        let sets = DescriptorSets::new(device, "view", stages, &bindings)?;
+        let front = GraphicsDesc {
+            vertex: &shaders::VIEW_VERT,
+            fragment: Some(&shaders::VIEW_FRAG),
+            vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
+            // None: an open sheet is seen from both sides.
+            cull: vk::CullModeFlags::NONE,
+            front: vk::FrontFace::COUNTER_CLOCKWISE,
+            depth: (vk::CompareOp::LESS, true),
+            colors: 1,
+            subpass: VIEW,
+            constants: &[],
+        };
+        let back = GraphicsDesc {
+            fragment: None,
+            cull: vk::CullModeFlags::FRONT,
+            colors: 0,
+            subpass: BACK,
+            ..front
+        };
+        Ok(ViewPass {
+            back: GraphicsPipeline::new(device, &back, pass, &sets)?,
+            front: GraphicsPipeline::new(device, &front, pass, &sets)?,
+            sets,
+        })
+    }
+
+    /// Draws the depth of the nearest back faces, in the first subpass.
+    pub fn record_back(&self, commands: vk::CommandBuffer, slot: usize, geometry: &Geometry) {
+        self.back.bind(commands, &self.sets, slot);
+        geometry.draw(commands);
+    }
+
+    /// Draws depth and normal, in the second subpass.
+    pub fn record(&self, commands: vk::CommandBuffer, slot: usize, geometry: &Geometry) {
+        self.front.bind(commands, &self.sets, slot);
+        geometry.draw(commands);
+    }
+}

@@ -1,0 +1,145 @@
+//! Barriers, one visible line each.
+
+use std::ffi::CStr;
+
+use ash::vk;
+
+use super::{Buffer, Device, Image};
+
+/// One way an image or buffer is used: by which stage, for what, in which layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Use {
+    stage: vk::PipelineStageFlags2,
+    access: vk::AccessFlags2,
+    /// The layout the use needs.
+    pub layout: vk::ImageLayout,
+}
+
+macro_rules! uses {
+    ($($(#[$doc:meta])* $name:ident = $stage:expr, $access:expr, $layout:ident;)*) => {
+        impl Use { $($(#[$doc])* pub const $name: Use = Use {
+            stage: $stage, access: $access, layout: vk::ImageLayout::$layout,
+        };)* }
+    };
+}
+
+use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+uses! {
+    /// Not used before, or the old contents may go.
+    DISCARD = S::NONE, A::NONE, UNDEFINED;
+    /// Written as a colour attachment.
+    COLOR_WRITE = S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE, COLOR_ATTACHMENT_OPTIMAL;
+    /// Tested and written as a depth attachment.
+    DEPTH_WRITE = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
+        A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
+        DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+    /// Depth tested, and read as an input attachment or texture, by one render pass.
+    DEPTH_INPUT = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw() | S::FRAGMENT_SHADER.as_raw()),
+        A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::INPUT_ATTACHMENT_READ.as_raw()),
+        DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    /// As [`Use::DEPTH_INPUT`], and sampled by a compute shader.
+    DEPTH_INPUT_AND_SAMPLE = S::from_raw(Use::DEPTH_INPUT.stage.as_raw() | S::COMPUTE_SHADER.as_raw()),
+        A::from_raw(Use::DEPTH_INPUT.access.as_raw() | A::SHADER_SAMPLED_READ.as_raw()),
+        DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    /// As [`Use::COLOR_INPUT`], and sampled by a compute shader.
+    SHADERS_INPUT_AND_SAMPLE = S::from_raw(S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()),
+        A::from_raw(A::INPUT_ATTACHMENT_READ.as_raw() | A::SHADER_SAMPLED_READ.as_raw()),
+        SHADER_READ_ONLY_OPTIMAL;
+    /// Read as an input attachment.
+    COLOR_INPUT = S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ, SHADER_READ_ONLY_OPTIMAL;
+    /// Sampled by a fragment shader.
+    FRAGMENT_SAMPLE = S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, SHADER_READ_ONLY_OPTIMAL;
+    /// A depth image sampled by a fragment shader.
+    FRAGMENT_SAMPLE_DEPTH = S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    /// Sampled by a compute shader.
+    COMPUTE_SAMPLE = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, SHADER_READ_ONLY_OPTIMAL;
+    /// A depth image sampled by a compute shader.
+    COMPUTE_SAMPLE_DEPTH = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    /// Sampled by fragment and compute shaders.
+    SHADERS_SAMPLE = S::from_raw(S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()),
+        A::SHADER_SAMPLED_READ, SHADER_READ_ONLY_OPTIMAL;
+    /// A storage image read and written by a compute shader.
+    COMPUTE_STORAGE = S::COMPUTE_SHADER,
+        A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()), GENERAL;
+    /// Copied from.
+    COPY_SOURCE = S::COPY, A::TRANSFER_READ, TRANSFER_SRC_OPTIMAL;
+    /// Copied to.
+    COPY_TARGET = S::COPY, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
+    /// Read by the host after a fence.
+    HOST_READ = S::HOST, A::HOST_READ, GENERAL;
+    /// Vertices and indices.
+    VERTEX_INPUT = S::VERTEX_INPUT,
+        A::from_raw(A::VERTEX_ATTRIBUTE_READ.as_raw() | A::INDEX_READ.as_raw()), UNDEFINED;
+}
+
+impl Use {
+    /// The same use with the old contents given up: waits for it, but transitions from undefined.
+    pub const fn discarding(self) -> Use {
+        Use {
+            layout: vk::ImageLayout::UNDEFINED,
+            ..self
+        }
+    }
+
+    /// The same use, whose render pass has left the image in the layout of `last`.
+    pub const fn left_in(self, last: Use) -> Use {
+        Use {
+            layout: last.layout,
+            ..self
+        }
+    }
+}
+
+/// Orders `before` and `after` on `image` and moves it to the layout of `after`.
+///
+/// `hazard` says what would go wrong without it; it shows as a label in a capture.
+/// Scopes reach back over earlier submits of the queue, so a barrier also guards
+/// against the previous frame in flight.
+pub fn image(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    hazard: &CStr,
+    image: &Image,
+    before: Use,
+    after: Use,
+) {
+    device.insert_label(commands, hazard);
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(before.stage)
+        .src_access_mask(before.access)
+        .dst_stage_mask(after.stage)
+        .dst_access_mask(after.access)
+        .old_layout(before.layout)
+        .new_layout(after.layout)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image.raw)
+        .subresource_range(image.range())];
+    let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+    // SAFETY: `commands` is being recorded outside a render pass; the image is alive.
+    unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+}
+
+/// Orders `before` and `after` on `buffer`. Otherwise as [`image()`].
+pub fn buffer(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    hazard: &CStr,
+    buffer: &Buffer,
+    before: Use,
+    after: Use,
+) {
+    device.insert_label(commands, hazard);
+    let barrier = [vk::BufferMemoryBarrier2::default()
+        .src_stage_mask(before.stage)
+        .src_access_mask(before.access)
+        .dst_stage_mask(after.stage)
+        .dst_access_mask(after.access)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .buffer(buffer.raw)
+        .size(vk::WHOLE_SIZE)];
+    let info = vk::DependencyInfo::default().buffer_memory_barriers(&barrier);
+    // SAFETY: as in `image`.
+    unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+}

@@ -1,0 +1,71 @@
+//! Thin tools over ash: what any Vulkan program needs, ignorant of scattering.
+//!
+//! Objects own a share of the [`Device`] and destroy themselves, so that teardown
+//! follows from ownership. Nothing here records a barrier or waits on its own:
+//! synchronisation is the caller's, in plain sight.
+
+pub mod barrier;
+pub mod descriptor;
+pub mod device;
+pub mod image;
+pub mod instance;
+pub mod memory;
+pub mod pipeline;
+pub mod query;
+pub mod submit;
+
+pub use barrier::Use;
+pub use descriptor::{Binding, DescriptorSets};
+pub use device::{Candidate, Device};
+pub use image::{Image, ImageDesc, Sampler};
+pub use instance::Instance;
+pub use memory::{Buffer, Location};
+pub use pipeline::{ComputePipeline, GraphicsDesc, GraphicsPipeline, RenderPass, Shader};
+pub use query::Timestamps;
+pub use submit::Slot;
+
+use ash::vk;
+
+/// What can go wrong between the program and the driver.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No Vulkan loader, layer or usable device; the message holds the remedy.
+    #[error("{0}")]
+    NoDevice(String),
+    /// The device has not enough memory for the named object.
+    #[error("the device is out of memory: {what} needs {bytes} bytes")]
+    OutOfMemory {
+        /// The object that was being allocated.
+        what: String,
+        /// Its size in bytes.
+        bytes: u64,
+    },
+    /// The driver lost the device.
+    #[error("the driver lost the device during {0}; run again, or choose another with --device")]
+    DeviceLost(&'static str),
+    /// Any other error code of a Vulkan call.
+    #[error("{call} failed with {result}")]
+    Vulkan {
+        /// The Vulkan function.
+        call: &'static str,
+        /// What it returned.
+        result: vk::Result,
+    },
+}
+
+/// A result of this layer.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Turns the result of the Vulkan function `call` into ours.
+pub(crate) fn check<T>(call: &'static str, result: ash::prelude::VkResult<T>) -> Result<T> {
+    result.map_err(|result| match result {
+        vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost(call),
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+            Error::OutOfMemory {
+                what: call.to_owned(),
+                bytes: 0,
+            }
+        }
+        result => Error::Vulkan { call, result },
+    })
+}

@@ -1,0 +1,487 @@
+//! Shaders, render passes and pipelines.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{DescriptorSets, Device, Image, check};
+
+/// One entry of the table that `build.rs` writes.
+#[derive(Clone, Copy, Debug)]
+pub struct Shader {
+    /// File name and variant, as "shade.frag samples".
+    pub name: &'static str,
+    /// The pipeline stage.
+    pub stage: vk::ShaderStageFlags,
+    /// Optimised SPIR-V.
+    pub spirv: &'static [u32],
+}
+
+/// A shader module that lives while pipelines are made.
+struct Module<'a> {
+    raw: vk::ShaderModule,
+    shader: &'a Shader,
+    device: &'a Device,
+}
+
+impl<'a> Module<'a> {
+    fn new(device: &'a Device, shader: &'a Shader) -> super::Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.spirv);
+        // SAFETY: the words come from shaderc, which emits valid SPIR-V.
+        let raw = check("vkCreateShaderModule", unsafe {
+            device.raw.create_shader_module(&info, None)
+        })?;
+        device.name(raw, shader.name);
+        Ok(Module {
+            raw,
+            shader,
+            device,
+        })
+    }
+
+    fn stage(&self) -> vk::PipelineShaderStageCreateInfo<'_> {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(self.shader.stage)
+            .module(self.raw)
+            .name(c"main")
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once made.
+        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
+    }
+}
+
+/// Values of specialisation constants; constant_id is the place in the list.
+fn specialization(values: &[u32]) -> (Vec<vk::SpecializationMapEntry>, Vec<u8>) {
+    let entries = (0..values.len())
+        .map(|i| vk::SpecializationMapEntry {
+            constant_id: i as u32,
+            offset: 4 * i as u32,
+            size: 4,
+        })
+        .collect();
+    (entries, bytemuck::cast_slice(values).to_vec())
+}
+
+/// A pipeline layout of at most one set and one block of push constants.
+fn layout(
+    device: &Device,
+    name: &str,
+    sets: &DescriptorSets,
+    push: Option<(vk::ShaderStageFlags, u32)>,
+) -> super::Result<vk::PipelineLayout> {
+    let layouts = [sets.layout];
+    let ranges = push.map(|(stage_flags, size)| {
+        [vk::PushConstantRange {
+            stage_flags,
+            offset: 0,
+            size,
+        }]
+    });
+    let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
+    if let Some(ranges) = &ranges {
+        info = info.push_constant_ranges(ranges);
+    }
+    // SAFETY: the set layout is alive.
+    let raw = check("vkCreatePipelineLayout", unsafe {
+        device.raw.create_pipeline_layout(&info, None)
+    })?;
+    device.name(raw, name);
+    Ok(raw)
+}
+
+/// A compute pipeline.
+pub struct ComputePipeline {
+    pub(crate) raw: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    device: Arc<Device>,
+}
+
+impl ComputePipeline {
+    /// Makes the pipeline of `shader` over `sets`, with `push_bytes` of push constants.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn new(
+        device: &Arc<Device>,
+        shader: &Shader,
+        sets: &DescriptorSets,
+        push_bytes: u32,
+        constants: &[u32],
+    ) -> super::Result<Self> {
+        let push = (push_bytes > 0).then_some((vk::ShaderStageFlags::COMPUTE, push_bytes));
+        let layout = layout(device, shader.name, sets, push)?;
+        let mut pipeline = ComputePipeline {
+            raw: vk::Pipeline::null(),
+            layout,
+            device: Arc::clone(device),
+        };
+        let module = Module::new(device, shader)?;
+        let (entries, data) = specialization(constants);
+        let values = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(&data);
+        let info = vk::ComputePipelineCreateInfo::default()
+            .stage(module.stage().specialization_info(&values))
+            .layout(layout);
+        // SAFETY: module and layout are alive and match.
+        let made = unsafe {
+            device
+                .raw
+                .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
+        };
+        pipeline.raw = check(
+            "vkCreateComputePipelines",
+            made.map_err(|(_, result)| result),
+        )?[0];
+        device.name(pipeline.raw, shader.name);
+        Ok(pipeline)
+    }
+
+    /// Binds the pipeline and the set of frame slot `slot`.
+    pub fn bind(&self, commands: vk::CommandBuffer, sets: &DescriptorSets, slot: usize) {
+        bind(
+            &self.device,
+            commands,
+            vk::PipelineBindPoint::COMPUTE,
+            self.raw,
+            self.layout,
+            sets.set(slot),
+        );
+    }
+
+    /// Sets the push constants.
+    pub fn push(&self, commands: vk::CommandBuffer, data: &[u8]) {
+        // SAFETY: the layout has a range of this size for compute.
+        unsafe {
+            self.device.raw.cmd_push_constants(
+                commands,
+                self.layout,
+                vk::ShaderStageFlags::COMPUTE,
+                0,
+                data,
+            );
+        }
+    }
+
+    /// Dispatches enough groups of 8x8 to cover `size`.
+    pub fn dispatch_8x8(&self, commands: vk::CommandBuffer, size: [u32; 2]) {
+        // SAFETY: the pipeline and its set are bound.
+        unsafe {
+            self.device
+                .raw
+                .cmd_dispatch(commands, size[0].div_ceil(8), size[1].div_ceil(8), 1);
+        }
+    }
+}
+
+impl Drop for ComputePipeline {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device's last use before they drop the pipeline.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.raw, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}
+
+fn bind(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    point: vk::PipelineBindPoint,
+    pipeline: vk::Pipeline,
+    layout: vk::PipelineLayout,
+    set: vk::DescriptorSet,
+) {
+    // SAFETY: `commands` is being recorded; pipeline, layout and set belong together.
+    unsafe {
+        device.raw.cmd_bind_pipeline(commands, point, pipeline);
+        device
+            .raw
+            .cmd_bind_descriptor_sets(commands, point, layout, 0, &[set], &[]);
+    }
+}
+
+/// A render pass and its framebuffer.
+pub struct RenderPass {
+    pub(crate) raw: vk::RenderPass,
+    framebuffer: vk::Framebuffer,
+    size: [u32; 2],
+    device: Arc<Device>,
+}
+
+impl RenderPass {
+    /// Makes the pass over `attachments`, all of the same size.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        info: &vk::RenderPassCreateInfo<'_>,
+        attachments: &[&Image],
+    ) -> super::Result<Self> {
+        let size = attachments.first().map_or([1, 1], |image| image.size());
+        // SAFETY: the description is well-formed; the validation layer checks it in every test.
+        let raw = check("vkCreateRenderPass", unsafe {
+            device.raw.create_render_pass(info, None)
+        })?;
+        let mut pass = RenderPass {
+            raw,
+            framebuffer: vk::Framebuffer::null(),
+            size,
+            device: Arc::clone(device),
+        };
+        device.name(raw, name);
+        let views: Vec<_> = attachments.iter().map(|image| image.view).collect();
+        let info = vk::FramebufferCreateInfo::default()
+            .render_pass(raw)
+            .attachments(&views)
+            .width(size[0])
+            .height(size[1])
+            .layers(1);
+        // SAFETY: pass and views are alive and match.
+        pass.framebuffer = check("vkCreateFramebuffer", unsafe {
+            device.raw.create_framebuffer(&info, None)
+        })?;
+        device.name(pass.framebuffer, name);
+        Ok(pass)
+    }
+
+    /// Begins the pass over its whole area, with one clear value an attachment.
+    pub fn begin(&self, commands: vk::CommandBuffer, clear: &[vk::ClearValue]) {
+        let extent = vk::Extent2D {
+            width: self.size[0],
+            height: self.size[1],
+        };
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent,
+        };
+        let info = vk::RenderPassBeginInfo::default()
+            .render_pass(self.raw)
+            .framebuffer(self.framebuffer)
+            .render_area(area)
+            .clear_values(clear);
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: self.size[0] as f32,
+            height: self.size[1] as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        // SAFETY: `commands` is being recorded outside a render pass.
+        unsafe {
+            self.device
+                .raw
+                .cmd_begin_render_pass(commands, &info, vk::SubpassContents::INLINE);
+            self.device.raw.cmd_set_viewport(commands, 0, &[viewport]);
+            self.device.raw.cmd_set_scissor(commands, 0, &[area]);
+        }
+    }
+
+    /// Goes to the next subpass.
+    pub fn next(&self, commands: vk::CommandBuffer) {
+        // SAFETY: the pass is begun and has another subpass.
+        unsafe {
+            self.device
+                .raw
+                .cmd_next_subpass(commands, vk::SubpassContents::INLINE)
+        };
+    }
+
+    /// Ends the pass.
+    pub fn end(&self, commands: vk::CommandBuffer) {
+        // SAFETY: the pass is begun and in its last subpass.
+        unsafe { self.device.raw.cmd_end_render_pass(commands) };
+    }
+}
+
+impl Drop for RenderPass {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device's last use before they drop the pass.
+        unsafe {
+            self.device.raw.destroy_framebuffer(self.framebuffer, None);
+            self.device.raw.destroy_render_pass(self.raw, None);
+        }
+    }
+}
+
+/// What a graphics pipeline of this program may differ in.
+#[derive(Clone, Copy)]
+pub struct GraphicsDesc<'a> {
+    /// Vertex shader.
+    pub vertex: &'a Shader,
+    /// Fragment shader; none where only depth is written.
+    pub fragment: Option<&'a Shader>,
+    /// Bytes per vertex and the byte offsets of its vec3 attributes, by location; none for a full-screen triangle.
+    pub vertices: Option<(u32, &'a [u32])>,
+    /// Which faces are dropped.
+    pub cull: vk::CullModeFlags,
+    /// Which winding is the front.
+    pub front: vk::FrontFace,
+    /// Depth comparison, and whether depth is written.
+    pub depth: (vk::CompareOp, bool),
+    /// Number of colour attachments of the subpass.
+    pub colors: usize,
+    /// Index of the subpass.
+    pub subpass: u32,
+    /// Specialisation constants of the fragment shader.
+    pub constants: &'a [u32],
+}
+
+/// A graphics pipeline with dynamic viewport and scissor.
+pub struct GraphicsPipeline {
+    pub(crate) raw: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    device: Arc<Device>,
+}
+
+impl GraphicsPipeline {
+    /// Makes the pipeline for one subpass of `pass`.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn new(
+        device: &Arc<Device>,
+        desc: &GraphicsDesc<'_>,
+        pass: &RenderPass,
+        sets: &DescriptorSets,
+    ) -> super::Result<Self> {
+        let name = desc.fragment.unwrap_or(desc.vertex).name;
+        let layout = layout(device, name, sets, None)?;
+        let mut pipeline = GraphicsPipeline {
+            raw: vk::Pipeline::null(),
+            layout,
+            device: Arc::clone(device),
+        };
+
+        let vertex = Module::new(device, desc.vertex)?;
+        let fragment = desc.fragment.map(|f| Module::new(device, f)).transpose()?;
+        let (entries, data) = specialization(desc.constants);
+        let values = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(&data);
+        let mut stages = vec![vertex.stage()];
+        stages.extend(
+            fragment
+                .as_ref()
+                .map(|f| f.stage().specialization_info(&values)),
+        );
+
+        let (stride, offsets) = desc.vertices.unwrap_or((0, &[]));
+        let bindings = [vk::VertexInputBindingDescription {
+            binding: 0,
+            stride,
+            input_rate: vk::VertexInputRate::VERTEX,
+        }];
+        let attributes: Vec<_> = (0..)
+            .zip(offsets)
+            .map(|(location, &offset)| vk::VertexInputAttributeDescription {
+                location,
+                binding: 0,
+                format: vk::Format::R32G32B32_SFLOAT,
+                offset,
+            })
+            .collect();
+        let mut vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+        if desc.vertices.is_some() {
+            vertex_input = vertex_input
+                .vertex_binding_descriptions(&bindings)
+                .vertex_attribute_descriptions(&attributes);
+        }
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+            .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewport_count(1)
+            .scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .cull_mode(desc.cull)
+            .front_face(desc.front)
+            .line_width(1.0);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(true)
+            .depth_compare_op(desc.depth.0)
+            .depth_write_enable(desc.depth.1);
+        let attachment = vk::PipelineColorBlendAttachmentState::default()
+            .color_write_mask(vk::ColorComponentFlags::RGBA);
+        let attachments = vec![attachment; desc.colors];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+
+        let info = vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(layout)
+            .render_pass(pass.raw)
+            .subpass(desc.subpass);
+        // SAFETY: everything `info` points to is alive and matches the pass.
+        let made = unsafe {
+            device
+                .raw
+                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+        };
+        pipeline.raw = check(
+            "vkCreateGraphicsPipelines",
+            made.map_err(|(_, result)| result),
+        )?[0];
+        device.name(pipeline.raw, name);
+        Ok(pipeline)
+    }
+
+    /// Binds the pipeline and the set of frame slot `slot`.
+    pub fn bind(&self, commands: vk::CommandBuffer, sets: &DescriptorSets, slot: usize) {
+        bind(
+            &self.device,
+            commands,
+            vk::PipelineBindPoint::GRAPHICS,
+            self.raw,
+            self.layout,
+            sets.set(slot),
+        );
+    }
+
+    /// Draws one triangle that covers the screen, within `x0..x1` of its columns.
+    pub fn draw_full_screen(&self, commands: vk::CommandBuffer, columns: [u32; 2], height: u32) {
+        let scissor = vk::Rect2D {
+            offset: vk::Offset2D {
+                x: columns[0] as i32,
+                y: 0,
+            },
+            extent: vk::Extent2D {
+                width: columns[1] - columns[0],
+                height,
+            },
+        };
+        // SAFETY: the pipeline and its set are bound inside its subpass.
+        unsafe {
+            self.device.raw.cmd_set_scissor(commands, 0, &[scissor]);
+            self.device.raw.cmd_draw(commands, 3, 1, 0, 0);
+        }
+    }
+}
+
+impl Drop for GraphicsPipeline {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device's last use before they drop the pipeline.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.raw, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Command buffers with their fences, and one-off transfers.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Buffer, Device, Image, Location, Use, barrier, check};
+
+/// A command buffer and the fence that says when the device is done with it.
+///
+/// A frame in flight owns one.
+pub struct Slot {
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    device: Arc<Device>,
+}
+
+impl Slot {
+    /// Makes a slot; nothing is pending on it.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn new(device: &Arc<Device>, name: &str) -> super::Result<Self> {
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue_family);
+        // SAFETY: the device is alive.
+        let pool = check("vkCreateCommandPool", unsafe {
+            device.raw.create_command_pool(&info, None)
+        })?;
+        let mut slot = Slot {
+            pool,
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            device: Arc::clone(device),
+        };
+        device.name(pool, name);
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(pool)
+            .command_buffer_count(1);
+        // SAFETY: the pool was made above.
+        slot.commands = check("vkAllocateCommandBuffers", unsafe {
+            device.raw.allocate_command_buffers(&info)
+        })?[0];
+        device.name(slot.commands, name);
+        // Signalled: the first wait of a slot must not hang.
+        let info = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+        // SAFETY: the device is alive.
+        slot.fence = check("vkCreateFence", unsafe {
+            device.raw.create_fence(&info, None)
+        })?;
+        device.name(slot.fence, name);
+        Ok(slot)
+    }
+
+    /// Waits until the device is done with the slot's last submit.
+    ///
+    /// # Errors
+    /// [`super::Error::DeviceLost`] among others.
+    pub fn wait(&self) -> super::Result<()> {
+        // SAFETY: the fence is alive.
+        check("vkWaitForFences", unsafe {
+            self.device
+                .raw
+                .wait_for_fences(&[self.fence], true, u64::MAX)
+        })
+    }
+
+    /// Waits as [`Slot::wait`], then starts recording anew.
+    ///
+    /// # Errors
+    /// As [`Slot::wait`].
+    pub fn begin(&mut self) -> super::Result<vk::CommandBuffer> {
+        self.wait()?;
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the fence says that the device no longer uses the pool's buffer.
+        check("vkBeginCommandBuffer", unsafe {
+            self.device
+                .raw
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .and_then(|()| self.device.raw.begin_command_buffer(self.commands, &info))
+        })?;
+        Ok(self.commands)
+    }
+
+    /// Ends recording and submits.
+    ///
+    /// # Errors
+    /// [`super::Error::DeviceLost`] among others.
+    pub fn submit(&mut self) -> super::Result<()> {
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the buffer is being recorded, and the fence is signalled and waited for.
+        unsafe {
+            check(
+                "vkEndCommandBuffer",
+                self.device.raw.end_command_buffer(self.commands),
+            )?;
+            check("vkResetFences", self.device.raw.reset_fences(&[self.fence]))?;
+            check(
+                "vkQueueSubmit2",
+                self.device
+                    .raw
+                    .queue_submit2(self.device.queue, &submit, self.fence),
+            )
+        }
+    }
+}
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        // SAFETY: waiting for the queue leaves nothing pending. An error means that the
+        // device is lost, and then nothing is pending either.
+        unsafe {
+            let _ = self.device.wait_for_queue();
+            self.device.raw.destroy_fence(self.fence, None);
+            self.device.raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+/// Fills a new device buffer with `data` through a staging buffer, and waits.
+///
+/// # Errors
+/// [`super::Error::OutOfMemory`] naming the buffer, or what the driver says.
+pub fn upload_buffer(
+    device: &Arc<Device>,
+    name: &str,
+    data: &[u8],
+    usage: vk::BufferUsageFlags,
+) -> super::Result<Buffer> {
+    let size = data.len().max(4) as u64;
+    let mut staging = Buffer::new(
+        device,
+        "staging",
+        size,
+        vk::BufferUsageFlags::TRANSFER_SRC,
+        Location::Upload,
+    )?;
+    staging.write(data)?;
+    let target = Buffer::new(
+        device,
+        name,
+        size,
+        usage | vk::BufferUsageFlags::TRANSFER_DST,
+        Location::Device,
+    )?;
+    let mut slot = Slot::new(device, "upload")?;
+    let commands = slot.begin()?;
+    // SAFETY: both buffers are alive until the wait below and hold `size` bytes.
+    unsafe {
+        let region = [vk::BufferCopy {
+            src_offset: 0,
+            dst_offset: 0,
+            size,
+        }];
+        device
+            .raw
+            .cmd_copy_buffer(commands, staging.raw, target.raw, &region);
+    }
+    barrier::buffer(
+        device,
+        commands,
+        c"RAW: vertices are fetched after the upload",
+        &target,
+        Use::COPY_TARGET,
+        Use::VERTEX_INPUT,
+    );
+    slot.submit()?;
+    slot.wait()?;
+    Ok(target)
+}
+
+/// Fills `image` with tightly packed texels through a staging buffer, leaves it in `after`, and waits.
+///
+/// # Errors
+/// As [`upload_buffer`].
+pub fn upload_image(
+    device: &Arc<Device>,
+    image: &Image,
+    data: &[u8],
+    after: Use,
+) -> super::Result<()> {
+    let mut staging = Buffer::new(
+        device,
+        "staging",
+        data.len() as u64,
+        vk::BufferUsageFlags::TRANSFER_SRC,
+        Location::Upload,
+    )?;
+    staging.write(data)?;
+    let mut slot = Slot::new(device, "upload")?;
+    let commands = slot.begin()?;
+    barrier::image(
+        device,
+        commands,
+        c"layout: a new image becomes a copy target",
+        image,
+        Use::DISCARD,
+        Use::COPY_TARGET,
+    );
+    // SAFETY: buffer and image are alive until the wait below; the region covers both.
+    unsafe {
+        device.raw.cmd_copy_buffer_to_image(
+            commands,
+            staging.raw,
+            image.raw,
+            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            &[image.whole_copy()],
+        );
+    }
+    barrier::image(
+        device,
+        commands,
+        c"RAW: the texture is read after the upload",
+        image,
+        Use::COPY_TARGET,
+        after,
+    );
+    slot.submit()?;
+    slot.wait()
+}
+
+/// Records the copy of all of `image`, which is in [`Use::COPY_SOURCE`], to `buffer`, and
+/// makes it visible to the host.
+pub fn record_readback(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    image: &Image,
+    buffer: &Buffer,
+) {
+    // SAFETY: `commands` is being recorded; image and buffer are alive and of one size.
+    unsafe {
+        device.raw.cmd_copy_image_to_buffer(
+            commands,
+            image.raw,
+            vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+            buffer.raw,
+            &[image.whole_copy()],
+        );
+    }
+    barrier::buffer(
+        device,
+        commands,
+        c"RAW: the host reads after the copy",
+        buffer,
+        Use::COPY_TARGET,
+        Use::HOST_READ,
+    );
+}

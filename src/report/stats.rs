@@ -1,0 +1,314 @@
+//! What one render did, as a document for scripts: `render --stats`.
+
+use super::{Error, Output};
+use crate::scene::Plan;
+use serde::Serialize;
+use std::io::Write as _;
+
+/// What a renderer measured, as plain data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// The device's name.
+    pub device: String,
+    /// Its driver.
+    pub driver: String,
+    /// Whether the validation layers watched.
+    pub validation: bool,
+    /// What they said.
+    pub validation_messages: Vec<String>,
+    /// Passes with their device times, mean over frames, ms.
+    pub passes: Vec<(String, f64)>,
+    /// Wall time of a frame, ms.
+    pub wall_milliseconds: f64,
+    /// Declared fetches: pass, term, what is read, reads per pixel.
+    pub fetches: Vec<(String, String, String, u32)>,
+}
+
+/// The document. Lengths in mm, coefficients in mm^-1, angles in degrees, times in ms.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stats {
+    /// Version of marmor.
+    pub marmor: &'static str,
+    /// What drew the picture.
+    pub device: Device,
+    /// What was drawn.
+    pub scene: Scene,
+    /// How it was drawn.
+    pub method: Method,
+    /// How long it took.
+    pub times: Times,
+    /// What it read.
+    pub fetches: Fetches,
+}
+
+/// What drew the picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Device {
+    /// Its name.
+    pub name: String,
+    /// Its driver.
+    pub driver: String,
+    /// Whether the validation layers watched.
+    pub validation: bool,
+    /// What they said.
+    pub validation_messages: Vec<String>,
+}
+
+/// What was drawn.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scene {
+    /// Where it came from.
+    pub name: String,
+    /// Vertices of the mesh.
+    pub vertices: usize,
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// The medium.
+    pub material: Material,
+    /// The light.
+    pub light: Light,
+    /// The camera.
+    pub camera: Camera,
+}
+
+/// The medium.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Material {
+    /// Preset, or "custom".
+    pub name: String,
+    /// Reduced scattering, mm^-1.
+    pub sigma_s: [f64; 3],
+    /// Absorption, mm^-1.
+    pub sigma_a: [f64; 3],
+    /// Relative index.
+    pub eta: f64,
+    /// GGX alpha.
+    pub roughness: f64,
+}
+
+/// The light.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Light {
+    /// Degrees.
+    pub azimuth: f64,
+    /// Degrees.
+    pub elevation: f64,
+    /// On a surface that faces the light.
+    pub irradiance: f64,
+    /// Linear RGB.
+    pub color: [f64; 3],
+}
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Camera {
+    /// mm.
+    pub eye: [f64; 3],
+    /// mm.
+    pub target: [f64; 3],
+    /// Direction.
+    pub up: [f64; 3],
+    /// Vertical, degrees.
+    pub fov: f64,
+}
+
+/// How the picture was drawn.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Method {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Method for multiple scattering, such as `samples(30)`.
+    pub multiple: String,
+    /// Method of the left half, if it differs.
+    pub split: Option<String>,
+    /// Whether the specular reflection was added.
+    pub specular: bool,
+    /// Texels along a side of the light map.
+    pub light_map: u32,
+    /// Frames averaged.
+    pub frames_averaged: u32,
+    /// What moved between frames.
+    pub jitter: &'static str,
+    /// Factor on radiance before display encoding.
+    pub exposure: f64,
+    /// Linear RGB behind the picture.
+    pub background: Option<[f64; 3]>,
+}
+
+/// How long the picture took, ms per frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Times {
+    /// Wall time.
+    pub wall: f64,
+    /// Sum of the passes' device times.
+    pub device: f64,
+    /// Each pass.
+    pub passes: Vec<Pass>,
+}
+
+/// The time of one pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Pass {
+    /// Its name.
+    pub pass: String,
+    /// Mean over frames, ms.
+    pub milliseconds: f64,
+}
+
+/// Declared texture fetches.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fetches {
+    /// Sum over passes.
+    pub per_pixel: u64,
+    /// Each pass.
+    pub passes: Vec<PassFetches>,
+}
+
+/// The declared fetches of one pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassFetches {
+    /// Its name.
+    pub pass: String,
+    /// Sum over terms.
+    pub per_pixel: u64,
+    /// Each term.
+    pub terms: Vec<Term>,
+}
+
+/// The declared fetches of one term.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Term {
+    /// Its name.
+    pub term: String,
+    /// What is read.
+    pub what: String,
+    /// Reads per pixel.
+    pub per_pixel: u32,
+}
+
+impl Stats {
+    /// The document of one render.
+    pub fn new(plan: &Plan, measured: Measured) -> Stats {
+        let scene = &plan.scene;
+        let (material, light, camera) = (&scene.material, &scene.light, &scene.camera);
+        Stats {
+            marmor: env!("CARGO_PKG_VERSION"),
+            device: Device {
+                name: measured.device,
+                driver: measured.driver,
+                validation: measured.validation,
+                validation_messages: measured.validation_messages,
+            },
+            scene: Scene {
+                name: scene.name.clone(),
+                vertices: scene.mesh.positions.len(),
+                triangles: scene.mesh.triangles.len(),
+                material: Material {
+                    name: material.name.clone(),
+                    sigma_s: material.sigma_s.to_array(),
+                    sigma_a: material.sigma_a.to_array(),
+                    eta: material.eta,
+                    roughness: material.roughness,
+                },
+                light: Light {
+                    azimuth: light.azimuth,
+                    elevation: light.elevation,
+                    irradiance: light.irradiance,
+                    color: light.color.to_array(),
+                },
+                camera: Camera {
+                    eye: camera.eye.to_array(),
+                    target: camera.target.to_array(),
+                    up: camera.up.to_array(),
+                    fov: camera.fov,
+                },
+            },
+            method: Method {
+                size: plan.size,
+                multiple: plan.multiple.to_string(),
+                split: plan.split.map(|method| method.to_string()),
+                specular: plan.specular,
+                light_map: plan.light_map,
+                frames_averaged: plan.frames_averaged,
+                jitter: plan.jitter.name(),
+                exposure: plan.exposure,
+                background: plan.background,
+            },
+            times: Times {
+                wall: measured.wall_milliseconds,
+                device: measured.passes.iter().map(|(_, time)| time).sum(),
+                passes: measured
+                    .passes
+                    .into_iter()
+                    .map(|(pass, milliseconds)| Pass { pass, milliseconds })
+                    .collect(),
+            },
+            fetches: Fetches::new(measured.fetches),
+        }
+    }
+
+    /// Writes the document as JSON, indented.
+    ///
+    /// # Errors
+    /// The disk does not take the file.
+    pub fn write(&self, output: &Output) -> Result<(), Error> {
+        output.write(|writer| {
+            serde_json::to_writer_pretty(&mut *writer, self)?;
+            writer.write_all(b"\n")
+        })
+    }
+}
+
+impl Fetches {
+    /// Groups declared fetches (pass, term, what, reads per pixel) by pass, in the order
+    /// of first appearance.
+    pub fn new(declared: Vec<(String, String, String, u32)>) -> Fetches {
+        let mut passes: Vec<PassFetches> = Vec::new();
+        for (pass, term, what, per_pixel) in declared {
+            let term = Term {
+                term,
+                what,
+                per_pixel,
+            };
+            match passes.iter_mut().find(|known| known.pass == pass) {
+                Some(known) => {
+                    known.per_pixel += u64::from(per_pixel);
+                    known.terms.push(term);
+                }
+                None => passes.push(PassFetches {
+                    pass,
+                    per_pixel: per_pixel.into(),
+                    terms: vec![term],
+                }),
+            }
+        }
+        Fetches {
+            per_pixel: passes.iter().map(|pass| pass.per_pixel).sum(),
+            passes,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fetches_add_up_by_pass() {
+        let row = |pass: &str, term: &str, count| {
+            (pass.to_owned(), term.to_owned(), "map".to_owned(), count)
+        };
+        let fetches = Fetches::new(vec![
+            row("shade", "multiple", 30),
+            row("resolve", "history", 1),
+            row("shade", "shadow", 1),
+        ]);
+        assert_eq!(fetches.per_pixel, 32);
+        let passes: Vec<_> = fetches
+            .passes
+            .iter()
+            .map(|p| (p.pass.as_str(), p.per_pixel, p.terms.len()))
+            .collect();
+        assert_eq!(passes, [("shade", 31, 2), ("resolve", 1, 1)]);
+    }
+}

@@ -1,0 +1,110 @@
+//! The pinhole camera.
+
+use glam::{DMat4, DVec2, DVec3};
+
+/// A pinhole camera that looks at `target`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Position, mm.
+    pub eye: DVec3,
+    /// The point at the middle of the picture, mm.
+    pub target: DVec3,
+    /// Direction that is up in the picture.
+    pub up: DVec3,
+    /// Vertical field of view, degrees, in (0, 180).
+    pub fov: f64,
+}
+
+/// A camera bound to a picture size and a depth range: everything the view and
+/// shade passes need to go from pixels to positions and back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Camera position, mm.
+    pub eye: DVec3,
+    /// Ray through pixel coordinates (x, y), whose component along the optical axis
+    /// is 1: ray(x, y) = ray_0 + x ray_x + y ray_y. Pixel centres are at half-integers.
+    pub ray_0: DVec3,
+    /// Change of the ray by one pixel to the right.
+    pub ray_x: DVec3,
+    /// Change of the ray by one pixel down.
+    pub ray_y: DVec3,
+    /// Distance of the near plane along the optical axis, mm.
+    pub near: f64,
+    /// Distance of the far plane along the optical axis, mm.
+    pub far: f64,
+    /// Scene to Vulkan clip space (y down, depth 0 at near, 1 at far).
+    pub view_proj: DMat4,
+}
+
+impl Camera {
+    /// Binds the camera to `width` x `height` pixels and to the depth range of a
+    /// bounding sphere. `jitter` shifts the picture by a fraction of a pixel, in [-1/2, 1/2]^2.
+    pub fn view(&self, width: u32, height: u32, center: DVec3, radius: f64, jitter: DVec2) -> View {
+        let forward = (self.target - self.eye).normalize();
+        let right = forward.cross(self.up).normalize();
+        let down = forward.cross(right);
+        let along = (center - self.eye).dot(forward);
+        // A margin, so that nothing of the sphere touches the planes.
+        let near = (along - 1.01 * radius).max(1e-3 * radius);
+        let far = (along + 1.01 * radius).max(2.0 * near);
+        let (w, h) = (f64::from(width), f64::from(height));
+        let pixel = 2.0 * (0.5 * self.fov.to_radians()).tan() / h;
+        let ray_x = right * pixel;
+        let ray_y = down * pixel;
+        let ray_0 = forward - ray_x * (0.5 * w - jitter.x) - ray_y * (0.5 * h - jitter.y);
+
+        // Clip coordinates are linear in the camera coordinates (r, d, z) of the point;
+        // pixel (x, y) solves r/z = (x - w/2 + jitter.x) pixel, likewise for y.
+        let e = DVec3::new(
+            right.dot(self.eye),
+            down.dot(self.eye),
+            forward.dot(self.eye),
+        );
+        let to_camera = DMat4::from_cols_array(&[
+            right.x, down.x, forward.x, 0.0, //
+            right.y, down.y, forward.y, 0.0, //
+            right.z, down.z, forward.z, 0.0, //
+            -e.x, -e.y, -e.z, 1.0,
+        ]);
+        let depth = far / (far - near);
+        let projection = DMat4::from_cols_array(&[
+            2.0 / (pixel * w),
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            2.0 / (pixel * h),
+            0.0,
+            0.0, //
+            -2.0 * jitter.x / w,
+            -2.0 * jitter.y / h,
+            depth,
+            1.0, //
+            0.0,
+            0.0,
+            -near * depth,
+            0.0,
+        ]);
+        View {
+            eye: self.eye,
+            ray_0,
+            ray_x,
+            ray_y,
+            near,
+            far,
+            view_proj: projection * to_camera,
+        }
+    }
+}
+
+impl View {
+    /// The position (mm) seen at pixel coordinates `xy` where the depth buffer holds `depth`.
+    pub fn position(&self, xy: DVec2, depth: f64) -> DVec3 {
+        self.eye + (self.ray_0 + self.ray_x * xy.x + self.ray_y * xy.y) * self.axial(depth)
+    }
+
+    /// Distance along the optical axis (mm) of a depth-buffer value in [0, 1].
+    pub fn axial(&self, depth: f64) -> f64 {
+        self.near * self.far / (self.far - depth * (self.far - self.near))
+    }
+}

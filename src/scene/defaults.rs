@@ -1,0 +1,51 @@
+//! Every default of a scene, each with the question that it answers.
+
+/// How many mm is one unit of the mesh?
+pub const UNIT: f64 = 1.0;
+
+/// Of what is it made, when nothing is said? The name of a preset.
+pub const MATERIAL: &str = "marble";
+
+/// What is the relative index of a medium given by coefficients alone?
+pub const ETA: f64 = 1.3;
+
+/// How rough is the boundary? GGX alpha.
+pub const ROUGHNESS: f64 = 0.3;
+
+/// From which side does the light come? Degrees around +Y from the viewer's side (+Z)
+/// towards +X: beyond 90 it stands behind the object, where transport shows most.
+pub const LIGHT_AZIMUTH: f64 = 40.0;
+
+/// How high does the light stand above the horizon? Degrees.
+pub const LIGHT_ELEVATION: f64 = 35.0;
+
+/// How bright is the light? With pi, a white diffuser that faces it has radiance 1.
+pub const LIGHT_IRRADIANCE: f64 = std::f64::consts::PI;
+
+/// From which side does the camera look? Degrees, counted like the light's azimuth;
+/// a three-quarter view shows the front and one side.
+pub const CAMERA_AZIMUTH: f64 = -28.0;
+
+/// How high does the camera stand above the object's middle? Degrees.
+pub const CAMERA_ELEVATION: f64 = 4.0;
+
+/// How wide does the camera see? Vertical field of view, degrees.
+pub const CAMERA_FOV: f64 = 30.0;
+
+/// How much of the picture's width or height does the object fill, whichever it fills first?
+pub const CAMERA_FILL: f64 = 0.9;
+
+/// How large is the picture? Pixels.
+pub const SIZE: [u32; 2] = [800, 600];
+
+/// How many samples a pixel does the method `samples` take?
+pub const SAMPLES: u32 = 30;
+
+/// How many texels has a side of the light map?
+pub const LIGHT_MAP: u32 = 512;
+
+/// How many frames are averaged?
+pub const FRAMES_AVERAGED: u32 = 1;
+
+/// What is radiance multiplied by before it is encoded for display?
+pub const EXPOSURE: f64 = 1.0;

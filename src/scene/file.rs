@@ -1,0 +1,725 @@
+//! Scene files: TOML, read with the line of every key, so that each fault is named
+//! where it stands. The schema is described in docs/scene.md.
+
+use super::bundled::{self, Bundled};
+use super::{
+    Error, Jitter, Light, Material, MeshSource, Method, Request, Viewpoint, color, defaults,
+    limits, names,
+};
+use glam::DVec3;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+const TOP: [&str; 10] = [
+    "mesh",
+    "unit",
+    "material",
+    "size",
+    "exposure",
+    "background",
+    "light",
+    "camera",
+    "method",
+    "name",
+];
+const MATERIAL: [&str; 5] = ["preset", "sigma_s", "sigma_a", "eta", "roughness"];
+const LIGHT: [&str; 4] = ["azimuth", "elevation", "irradiance", "color"];
+const CAMERA: [&str; 7] = [
+    "azimuth",
+    "elevation",
+    "distance",
+    "target",
+    "eye",
+    "up",
+    "fov",
+];
+const METHOD: [&str; 7] = [
+    "multiple",
+    "samples",
+    "specular",
+    "light_map",
+    "frames_averaged",
+    "jitter",
+    "split",
+];
+
+/// Reads a scene file. Paths in it are relative to its folder.
+///
+/// # Errors
+/// The file cannot be read, is not TOML, or holds a key or value that is not known;
+/// each is named with its line.
+pub fn load(path: &Path) -> Result<Request, Error> {
+    let name = path.display().to_string();
+    let bytes = read(path)?;
+    let text = utf8(&bytes, &name)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    parse(text, &name, folder)
+}
+
+/// Parses the text of a scene file. `name` stands for the file in messages, and `folder`
+/// is what paths in it are relative to.
+///
+/// # Errors
+/// As [`load`], less what concerns reading.
+pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Request, Error> {
+    let document = Document { name, text };
+    let root = DeTable::parse(text).map_err(|fault| {
+        let problem = format!(
+            "not valid TOML: {}; write lines of key = value and [table]",
+            fault.message()
+        );
+        match fault.span() {
+            Some(span) => Error::at(name, document.line(span.start), problem),
+            None => Error::of(name, problem),
+        }
+    })?;
+    let top = Section::open(&document, "", root.get_ref(), &TOP)?;
+
+    let mesh = match top.get("mesh") {
+        Some(field) => field.mesh(folder)?,
+        None => MeshSource::Bundled(Bundled::Statue20k),
+    };
+    let mut request = Request::of_mesh(name.to_owned(), mesh);
+    top.read("name", Field::text, |value| request.name = value.to_owned())?;
+    top.read("unit", |f| f.number(limits::positive), |v| request.unit = v)?;
+    top.read("size", Field::size, |v| request.size = v)?;
+    top.read(
+        "exposure",
+        |f| f.number(limits::positive),
+        |v| request.exposure = v,
+    )?;
+    top.read("background", Field::background, |v| request.background = v)?;
+    if let Some(field) = top.get("material") {
+        request.material = field.material()?;
+    }
+    if let Some(section) = top.section("light", &LIGHT)? {
+        light(&section, &mut request.light)?;
+    }
+    if let Some(section) = top.section("camera", &CAMERA)? {
+        section.read("fov", |f| f.number(limits::fov), |v| request.fov = v)?;
+        request.viewpoint = viewpoint(&section)?;
+    }
+    if let Some(section) = top.section("method", &METHOD)? {
+        method(&section, &mut request)?;
+    }
+    Ok(request)
+}
+
+fn light(section: &Section, light: &mut Light) -> Result<(), Error> {
+    section.read(
+        "azimuth",
+        |f| f.number(limits::finite),
+        |v| light.azimuth = v,
+    )?;
+    section.read(
+        "elevation",
+        |f| f.number(limits::elevation),
+        |v| light.elevation = v,
+    )?;
+    section.read(
+        "irradiance",
+        |f| f.number(limits::non_negative),
+        |v| light.irradiance = v,
+    )?;
+    section.read("color", Field::color, |v| light.color = v)
+}
+
+fn viewpoint(section: &Section) -> Result<Viewpoint, Error> {
+    let point = |key| section.value(key, |f| f.vector(limits::point));
+    let Some(eye_field) = section.get("eye") else {
+        if let Some(up) = section.get("up") {
+            return Err(up.error("needs eye and target; an orbit is always upright"));
+        }
+        let angle = |key, check: fn(f64) -> Result<f64, String>| {
+            section.value(key, |field| field.number(check))
+        };
+        return Ok(Viewpoint::Orbit {
+            azimuth: angle("azimuth", limits::finite)?.unwrap_or(defaults::CAMERA_AZIMUTH),
+            elevation: angle("elevation", limits::elevation)?.unwrap_or(defaults::CAMERA_ELEVATION),
+            distance: angle("distance", limits::positive)?,
+            target: point("target")?,
+        });
+    };
+    for key in ["azimuth", "elevation", "distance"] {
+        if let Some(field) = section.get(key) {
+            return Err(field.error(
+                "cannot be combined with eye; choose an orbit (azimuth, elevation, distance, \
+                 target) or a position (eye, target, up)",
+            ));
+        }
+    }
+    let eye = eye_field.vector(limits::point)?;
+    let target =
+        point("target")?.ok_or_else(|| eye_field.error("needs target, the point to look at"))?;
+    let up = point("up")?.unwrap_or(DVec3::Y);
+    let viewpoint = Viewpoint::At { eye, target, up };
+    // A position needs no mesh, so its faults can be named here, with the line.
+    viewpoint
+        .camera(defaults::CAMERA_FOV, defaults::SIZE, &[])
+        .map_err(|phrase| eye_field.error(&format!("is unusable: {phrase}")))?;
+    Ok(viewpoint)
+}
+
+fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
+    let named = |field: &Field| field.named(Method::named);
+    section.read("multiple", named, |v| request.multiple = v)?;
+    section.read("split", named, |v| request.split = Some(v))?;
+    section.read(
+        "samples",
+        |f| f.whole(limits::samples),
+        |v| request.samples = v,
+    )?;
+    section.read(
+        "light_map",
+        |f| f.whole(limits::light_map),
+        |v| request.light_map = v,
+    )?;
+    section.read("specular", Field::truth, |v| request.specular = v)?;
+    section.read(
+        "frames_averaged",
+        |f| f.whole(limits::frames_averaged),
+        |v| request.frames_averaged = v,
+    )?;
+    section.read("jitter", |f| f.named(Jitter::named), |v| request.jitter = v)
+}
+
+/// Reads a regular file whole.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    let fault = |error: std::io::Error| {
+        let problem = match error.kind() {
+            std::io::ErrorKind::NotFound => "no such file; check the path".to_owned(),
+            _ => format!("cannot be read ({error}); check the path and its permissions"),
+        };
+        Error::of(path.display(), problem)
+    };
+    // A device or a pipe might never end, so only regular files are read.
+    if !std::fs::metadata(path).map_err(fault)?.is_file() {
+        return Err(Error::of(
+            path.display(),
+            "not a regular file; name a .toml or .obj file",
+        ));
+    }
+    std::fs::read(path).map_err(fault)
+}
+
+/// The bytes of a file as text, or the line of the first byte that is none.
+pub(super) fn utf8<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Error> {
+    std::str::from_utf8(bytes).map_err(|fault| {
+        let good = bytes.get(..fault.valid_up_to()).unwrap_or_default();
+        let line = 1 + good.iter().filter(|&&b| b == b'\n').count();
+        Error::at(name, line, "not UTF-8 text; save the file as UTF-8")
+    })
+}
+
+/// A file as messages need it.
+struct Document<'a> {
+    name: &'a str,
+    text: &'a str,
+}
+
+impl Document<'_> {
+    /// The line, counted from 1, of a byte offset.
+    fn line(&self, offset: usize) -> usize {
+        1 + self
+            .text
+            .bytes()
+            .take(offset)
+            .filter(|&b| b == b'\n')
+            .count()
+    }
+}
+
+/// One table whose keys are all known.
+struct Section<'a> {
+    document: &'a Document<'a>,
+    /// Empty for the top of the file.
+    title: &'a str,
+    table: &'a DeTable<'a>,
+}
+
+impl<'a> Section<'a> {
+    /// Opens a table and refuses its first unknown key.
+    fn open(
+        document: &'a Document<'a>,
+        title: &'a str,
+        table: &'a DeTable<'a>,
+        known: &[&str],
+    ) -> Result<Self, Error> {
+        let first_unknown = table
+            .keys()
+            .filter(|key| !known.contains(&key.get_ref().as_ref()))
+            .min_by_key(|key| key.span().start);
+        let Some(key) = first_unknown else {
+            return Ok(Section {
+                document,
+                title,
+                table,
+            });
+        };
+        let name = key.get_ref().as_ref();
+        let within = match title {
+            "" => String::new(),
+            _ => format!(" in [{title}]"),
+        };
+        let remedy = if !title.is_empty() && TOP.contains(&name) {
+            // The commonest slip in TOML: a key of the file under the last table.
+            "it belongs above the first [table]".to_owned()
+        } else {
+            names::remedy(name, known)
+        };
+        Err(Error::at(
+            document.name,
+            document.line(key.span().start),
+            format!("unknown key \"{name}\"{within}; {remedy}"),
+        ))
+    }
+
+    fn get(&self, key: &'a str) -> Option<Field<'a>> {
+        let (found, value) = self.table.get_key_value(key)?;
+        Some(Field {
+            document: self.document,
+            section: self.title,
+            key,
+            offset: found.span().start,
+            value,
+        })
+    }
+
+    /// The value of a key, if it is given.
+    fn value<T>(
+        &self,
+        key: &'a str,
+        read: impl FnOnce(&Field<'a>) -> Result<T, Error>,
+    ) -> Result<Option<T>, Error> {
+        self.get(key).map(|field| read(&field)).transpose()
+    }
+
+    /// Hands the value of a key on, if it is given.
+    fn read<T>(
+        &self,
+        key: &'a str,
+        read: impl FnOnce(&Field<'a>) -> Result<T, Error>,
+        write: impl FnOnce(T),
+    ) -> Result<(), Error> {
+        self.value(key, read).map(|value| {
+            if let Some(value) = value {
+                write(value);
+            }
+        })
+    }
+
+    fn section(&self, key: &'a str, known: &[&str]) -> Result<Option<Section<'a>>, Error> {
+        let Some(field) = self.get(key) else {
+            return Ok(None);
+        };
+        match field.value.get_ref() {
+            DeValue::Table(table) => Section::open(self.document, key, table, known).map(Some),
+            _ => Err(field.must_be(&format!("a table, [{key}] on a line of its own"))),
+        }
+    }
+}
+
+/// One key with its value.
+struct Field<'a> {
+    document: &'a Document<'a>,
+    section: &'a str,
+    key: &'a str,
+    offset: usize,
+    value: &'a Spanned<DeValue<'a>>,
+}
+
+impl<'a> Field<'a> {
+    /// A fault of this key; `phrase` reads on from its name.
+    fn error(&self, phrase: &str) -> Error {
+        let within = match self.section {
+            "" => String::new(),
+            section => format!(" in [{section}]"),
+        };
+        Error::at(
+            self.document.name,
+            self.document.line(self.offset),
+            format!("{}{within} {phrase}", self.key),
+        )
+    }
+
+    /// The value has another type than `what`.
+    fn must_be(&self, what: &str) -> Error {
+        let found = match self.value.get_ref() {
+            DeValue::String(text) => format!("\"{text}\""),
+            DeValue::Integer(number) => number.to_string(),
+            DeValue::Float(number) => number.to_string(),
+            DeValue::Boolean(truth) => truth.to_string(),
+            DeValue::Datetime(_) => "a date".to_owned(),
+            DeValue::Array(array) => format!("an array of {}", array.len()),
+            DeValue::Table(_) => "a table".to_owned(),
+        };
+        self.error(&format!("must be {what}, not {found}"))
+    }
+
+    fn checked<T>(&self, result: Result<T, String>) -> Result<T, Error> {
+        result.map_err(|phrase| self.error(&phrase))
+    }
+
+    fn number(&self, check: impl Fn(f64) -> Result<f64, String>) -> Result<f64, Error> {
+        let value = float(self.value.get_ref()).ok_or_else(|| self.must_be("a number"))?;
+        self.checked(check(value))
+    }
+
+    fn whole<T>(&self, check: impl Fn(i64) -> Result<T, String>) -> Result<T, Error> {
+        let value = integer(self.value.get_ref()).ok_or_else(|| self.must_be("a whole number"))?;
+        self.checked(check(value))
+    }
+
+    fn truth(&self) -> Result<bool, Error> {
+        self.value
+            .get_ref()
+            .as_bool()
+            .ok_or_else(|| self.must_be("true or false"))
+    }
+
+    fn text(&self) -> Result<&'a str, Error> {
+        match self.value.get_ref() {
+            DeValue::String(text) => Ok(text),
+            _ => Err(self.must_be("a text in quotes")),
+        }
+    }
+
+    fn named<T>(&self, named: impl Fn(&str) -> Result<T, String>) -> Result<T, Error> {
+        let name = self.text()?;
+        named(name).map_err(|phrase| self.error(&format!("names an {phrase}")))
+    }
+
+    fn vector(&self, check: impl Fn(DVec3) -> Result<DVec3, String>) -> Result<DVec3, Error> {
+        let wrong = || self.must_be("an array of 3 numbers");
+        let array = self.value.get_ref().as_array().ok_or_else(wrong)?;
+        let numbers: Vec<f64> = array
+            .iter()
+            .map(|value| float(value.get_ref()))
+            .collect::<Option<_>>()
+            .ok_or_else(|| self.error("must be an array of 3 numbers and hold nothing else"))?;
+        match numbers[..] {
+            [x, y, z] => self.checked(check(DVec3::new(x, y, z))),
+            _ => Err(wrong()),
+        }
+    }
+
+    fn size(&self) -> Result<[u32; 2], Error> {
+        let wrong = || self.must_be("an array of 2 whole numbers, [width, height]");
+        let array = self.value.get_ref().as_array().ok_or_else(wrong)?;
+        let numbers: Vec<i64> = array
+            .iter()
+            .map(|value| integer(value.get_ref()))
+            .collect::<Option<_>>()
+            .ok_or_else(|| self.error("must be 2 whole numbers, [width, height]"))?;
+        match numbers[..] {
+            [width, height] => self.checked(limits::size([width, height])),
+            _ => Err(wrong()),
+        }
+    }
+
+    fn color(&self) -> Result<DVec3, Error> {
+        match self.value.get_ref() {
+            DeValue::String(text) => self.checked(color::parse_hex(text)).map(DVec3::from_array),
+            DeValue::Array(_) => self.vector(limits::color),
+            _ => Err(self.must_be("\"#rrggbb\" or [r, g, b] in linear light")),
+        }
+    }
+
+    fn background(&self) -> Result<Option<[f64; 3]>, Error> {
+        match self.text()? {
+            "none" => Ok(None),
+            hex => color::parse_hex(hex)
+                .map(Some)
+                .map_err(|phrase| self.error(&phrase.replace("must be", "must be \"none\" or"))),
+        }
+    }
+
+    fn mesh(&self, folder: &Path) -> Result<MeshSource, Error> {
+        let name = self.text()?;
+        if let Some(bundled) = Bundled::named(name) {
+            return Ok(MeshSource::Bundled(bundled));
+        }
+        let path = folder.join(name);
+        let is_obj = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
+        if !is_obj {
+            let remedy = names::remedy(name, &bundled::NAMES);
+            return Err(self.error(&format!(
+                "\"{name}\" is neither an .obj file nor a bundled mesh; {remedy}"
+            )));
+        }
+        // Looked for here, while the line is known.
+        if !path.exists() {
+            return Err(self.error(&format!(
+                "names \"{}\", which does not exist; paths are relative to the scene file",
+                path.display()
+            )));
+        }
+        Ok(MeshSource::File(path))
+    }
+
+    fn material(&self) -> Result<Material, Error> {
+        let table = match self.value.get_ref() {
+            DeValue::String(name) => return self.checked_preset(name),
+            DeValue::Table(table) => table,
+            _ => return Err(self.must_be("a preset's name or a table [material]")),
+        };
+        let section = Section::open(self.document, "material", table, &MATERIAL)?;
+        let preset = match section.get("preset") {
+            Some(field) => Some(field.checked_preset(field.text()?)?),
+            None => None,
+        };
+        let sigma_s = section.value("sigma_s", |f| f.vector(limits::sigma_s))?;
+        let sigma_a = section.value("sigma_a", |f| f.vector(limits::sigma_a))?;
+        let eta = section.value("eta", |f| f.number(limits::eta))?;
+        let roughness = section.value("roughness", |f| f.number(limits::roughness))?;
+        let overridden = sigma_s.is_some() || sigma_a.is_some() || eta.is_some();
+        let base = match (preset, sigma_s, sigma_a) {
+            (Some(preset), ..) => preset,
+            (None, Some(sigma_s), Some(sigma_a)) => Material {
+                name: "custom".to_owned(),
+                sigma_s,
+                sigma_a,
+                eta: defaults::ETA,
+                roughness: defaults::ROUGHNESS,
+            },
+            (None, ..) => {
+                return Err(self.error("needs sigma_s and sigma_a, or a preset to start from"));
+            }
+        };
+        Ok(Material {
+            name: if overridden {
+                "custom".to_owned()
+            } else {
+                base.name
+            },
+            sigma_s: sigma_s.unwrap_or(base.sigma_s),
+            sigma_a: sigma_a.unwrap_or(base.sigma_a),
+            eta: eta.unwrap_or(base.eta),
+            roughness: roughness.unwrap_or(base.roughness),
+        })
+    }
+
+    fn checked_preset(&self, name: &str) -> Result<Material, Error> {
+        Material::preset(name).map_err(|phrase| self.error(&format!("names an {phrase}")))
+    }
+}
+
+fn integer(value: &DeValue) -> Option<i64> {
+    let number = value.as_integer()?;
+    i64::from_str_radix(number.as_str(), number.radix()).ok()
+}
+
+/// Whole numbers serve as numbers too.
+fn float(value: &DeValue) -> Option<f64> {
+    match value {
+        DeValue::Integer(_) => integer(value).map(|number| number as f64),
+        DeValue::Float(number) => number.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ok(text: &str) -> Request {
+        parse(text, "s.toml", Path::new("")).expect("a good scene")
+    }
+
+    fn fault(text: &str) -> String {
+        parse(text, "s.toml", Path::new(""))
+            .expect_err("a bad scene")
+            .to_string()
+    }
+
+    #[test]
+    fn nothing_means_every_default() {
+        let mut expected = Request::statue();
+        expected.name = "s.toml".to_owned();
+        assert_eq!(ok(""), expected);
+    }
+
+    #[test]
+    fn the_bundled_example_spells_out_the_defaults() {
+        let text = include_str!(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/assets/scenes/statue.toml"
+        ));
+        let mut found = ok(text);
+        // Pi is written with fewer digits than it has.
+        assert!((found.light.irradiance - defaults::LIGHT_IRRADIANCE).abs() < 1e-12);
+        found.light.irradiance = defaults::LIGHT_IRRADIANCE;
+        found.name = "statue".to_owned();
+        assert_eq!(found, Request::statue());
+    }
+
+    #[test]
+    fn every_key_is_read() {
+        let request = ok("
+            name = \"test\"
+            mesh = \"statue-1k\"
+            unit = 2
+            size = [64, 0x20]
+            exposure = 0.5
+            background = \"#ffffff\"
+            [material]
+            preset = \"skin1\"
+            eta = 1.4
+            roughness = 0.2
+            [light]
+            azimuth = -10
+            elevation = 5.5
+            irradiance = 2
+            color = [1, 0.5, 0]
+            [camera]
+            eye = [0, 0, 50]
+            target = [0, 1, 0]
+            fov = 40
+            [method]
+            multiple = \"exact\"
+            split = \"brdf\"
+            samples = 7
+            specular = false
+            light_map = 128
+            frames_averaged = 3
+            jitter = \"samples\"
+        ");
+        assert_eq!(request.name, "test");
+        assert_eq!(request.mesh, MeshSource::Bundled(Bundled::Statue1k));
+        assert_eq!(
+            (request.unit, request.exposure, request.fov),
+            (2.0, 0.5, 40.0)
+        );
+        assert_eq!(request.size, [64, 32]);
+        assert_eq!(request.background, Some([1.0; 3]));
+        assert_eq!(request.material.name, "custom");
+        assert_eq!(
+            (request.material.eta, request.material.roughness),
+            (1.4, 0.2)
+        );
+        assert_eq!(request.material.sigma_s, DVec3::new(0.74, 0.88, 1.01));
+        assert_eq!(request.light.color, DVec3::new(1.0, 0.5, 0.0));
+        assert_eq!(
+            (request.light.azimuth, request.light.elevation),
+            (-10.0, 5.5)
+        );
+        assert!(matches!(
+            request.viewpoint,
+            Viewpoint::At { up: DVec3::Y, .. }
+        ));
+        assert_eq!(request.multiple, Method::Exact);
+        assert_eq!(request.split, Some(Method::Brdf));
+        assert_eq!(
+            (request.samples, request.light_map, request.frames_averaged),
+            (7, 128, 3)
+        );
+        assert!(!request.specular);
+        assert_eq!(request.jitter, Jitter::Samples);
+    }
+
+    #[test]
+    fn faults_name_line_key_and_remedy() {
+        for (text, fragments) in [
+            (
+                "\n[light]\nazimut = 3\n",
+                &[
+                    "s.toml:3: ",
+                    "\"azimut\" in [light]",
+                    "did you mean \"azimuth\"?",
+                ][..],
+            ),
+            (
+                "[light]\nsize = [1, 2]\n",
+                &[":2: ", "above the first [table]"],
+            ),
+            ("lihgt = 3\n", &[":1: ", "did you mean \"light\"?"]),
+            ("xyzzy = 3\n", &[":1: ", "one of mesh, unit"]),
+            (
+                "[light]\nazimuth = \"left\"\n",
+                &[":2: ", "azimuth in [light]", "a number, not \"left\""],
+            ),
+            (
+                "[light]\nelevation = 91\n",
+                &[":2: ", "from -90 to 90 degrees, not 91"],
+            ),
+            ("[light]\nirradiance = nan\n", &[":2: ", "NaN"]),
+            ("[light]\ncolor = \"red\"\n", &[":2: ", "#rrggbb"]),
+            ("[light]\ncolor = 3\n", &[":2: ", "linear light"]),
+            ("light = 3\n", &[":1: ", "a table, [light]"]),
+            (
+                "material = \"marbel\"\n",
+                &[":1: ", "did you mean \"marble\"?"],
+            ),
+            ("material = 3\n", &[":1: ", "a preset's name"]),
+            (
+                "\n[material]\nsigma_s = [1, 1, 1]\n",
+                &[":2: ", "needs sigma_s and sigma_a"],
+            ),
+            (
+                "[material]\nsigma_s = [1, 0, 1]\n",
+                &[":2: ", "sigma_s in [material]", "greater than 0"],
+            ),
+            (
+                "[material]\nsigma_a = [1, 0]\n",
+                &[":2: ", "an array of 3 numbers, not an array of 2"],
+            ),
+            (
+                "[material]\nsigma_a = [1, 0, \"x\"]\n",
+                &[":2: ", "hold nothing else"],
+            ),
+            (
+                "size = [0, 600]\n",
+                &[":1: ", "size must have sides from 1 to 16384", "width of 0"],
+            ),
+            ("size = [800.5, 600]\n", &[":1: ", "2 whole numbers"]),
+            (
+                "size = \"800x600\"\n",
+                &[":1: ", "[width, height], not \"800x600\""],
+            ),
+            ("unit = 0\n", &[":1: ", "greater than 0, not 0"]),
+            ("background = \"white\"\n", &[":1: ", "\"none\" or #rrggbb"]),
+            ("mesh = \"statu\"\n", &[":1: ", "did you mean \"statue\"?"]),
+            (
+                "mesh = \"gone.obj\"\n",
+                &[":1: ", "does not exist", "relative to the scene file"],
+            ),
+            (
+                "[method]\nmultiple = \"sample\"\n",
+                &[":2: ", "did you mean \"samples\"?"],
+            ),
+            ("[method]\nsamples = 0\n", &[":2: ", "from 1 to 256, not 0"]),
+            (
+                "[method]\nsamples = 1.5\n",
+                &[":2: ", "a whole number, not 1.5"],
+            ),
+            (
+                "[method]\nspecular = \"on\"\n",
+                &[":2: ", "true or false, not \"on\""],
+            ),
+            ("[camera]\neye = [0, 0, 1]\n", &[":2: ", "needs target"]),
+            ("[camera]\nup = [0, 0, 1]\n", &[":2: ", "needs eye"]),
+            (
+                "[camera]\neye = [0, 0, 1]\ndistance = 3\n",
+                &[":3: ", "cannot be combined with eye"],
+            ),
+            (
+                "[camera]\neye = [0, 0, 1]\ntarget = [0, 0, 1]\n",
+                &[":2: ", "same point"],
+            ),
+            ("a = \n", &[":1: ", "not valid TOML"]),
+            (
+                "unit = 1\nunit = 2\n",
+                &[":2: ", "not valid TOML", "duplicate"],
+            ),
+        ] {
+            let message = fault(text);
+            assert_eq!(message.lines().count(), 1, "{message}");
+            for fragment in fragments {
+                assert!(message.contains(fragment), "{text:?}: {message}");
+            }
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Which values a scene may hold. One place, so that scene files, flags and
+//! library callers meet the same limits in the same words.
+//!
+//! Every function returns the value, or a phrase such as
+//! `must be from 1 to 256, not 0` that reads on from the name of what was given.
+
+use glam::DVec3;
+
+/// Pixels along a side of the picture.
+pub const SIDE: std::ops::RangeInclusive<u32> = 1..=16384;
+/// Samples a pixel.
+pub const SAMPLES: std::ops::RangeInclusive<u32> = 1..=256;
+/// Texels along a side of the light map.
+pub const LIGHT_MAP: std::ops::RangeInclusive<u32> = 16..=8192;
+/// Frames averaged into a picture.
+pub const FRAMES_AVERAGED: std::ops::RangeInclusive<u32> = 1..=1_000_000;
+
+fn whole(value: i64, range: &std::ops::RangeInclusive<u32>) -> Result<u32, String> {
+    u32::try_from(value)
+        .ok()
+        .filter(|value| range.contains(value))
+        .ok_or_else(|| {
+            format!(
+                "must be from {} to {}, not {value}",
+                range.start(),
+                range.end()
+            )
+        })
+}
+
+fn number(value: f64, holds: bool, rule: &str) -> Result<f64, String> {
+    if value.is_finite() && holds {
+        Ok(value)
+    } else {
+        Err(format!("must be {rule}, not {value}"))
+    }
+}
+
+/// Width and height, each in [`SIDE`], pixels.
+///
+/// # Errors
+/// The phrase that names the side at fault.
+pub fn size(size: [i64; 2]) -> Result<[u32; 2], String> {
+    let side = |name: &str, value: i64| {
+        u32::try_from(value)
+            .ok()
+            .filter(|value| SIDE.contains(value))
+            .ok_or_else(|| {
+                format!(
+                    "must have sides from {} to {} pixels, not a {name} of {value}",
+                    SIDE.start(),
+                    SIDE.end()
+                )
+            })
+    };
+    Ok([side("width", size[0])?, side("height", size[1])?])
+}
+
+/// Samples a pixel, in [`SAMPLES`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn samples(value: i64) -> Result<u32, String> {
+    whole(value, &SAMPLES)
+}
+
+/// Texels along a side of the light map, in [`LIGHT_MAP`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn light_map(value: i64) -> Result<u32, String> {
+    whole(value, &LIGHT_MAP)
+}
+
+/// Frames averaged, in [`FRAMES_AVERAGED`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn frames_averaged(value: i64) -> Result<u32, String> {
+    whole(value, &FRAMES_AVERAGED)
+}
+
+/// A finite number above 0: units, distances, exposures.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn positive(value: f64) -> Result<f64, String> {
+    number(value, value > 0.0, "greater than 0")
+}
+
+/// A finite number of at least 0: irradiance.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn non_negative(value: f64) -> Result<f64, String> {
+    number(value, value >= 0.0, "0 or greater")
+}
+
+/// Any finite number: azimuths, degrees.
+///
+/// # Errors
+/// The phrase that says so.
+pub fn finite(value: f64) -> Result<f64, String> {
+    number(value, true, "a finite number")
+}
+
+/// Elevation in [-90, 90], degrees.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn elevation(value: f64) -> Result<f64, String> {
+    number(value, value.abs() <= 90.0, "from -90 to 90 degrees")
+}
+
+/// Vertical field of view in [0.1, 170], degrees. Outside it the projection degenerates.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn fov(value: f64) -> Result<f64, String> {
+    number(
+        value,
+        (0.1..=170.0).contains(&value),
+        "from 0.1 to 170 degrees",
+    )
+}
+
+/// Relative index of refraction in [1, 3].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn eta(value: f64) -> Result<f64, String> {
+    number(value, (1.0..=3.0).contains(&value), "from 1 to 3")
+}
+
+/// GGX roughness alpha in (0.01, 1].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn roughness(value: f64) -> Result<f64, String> {
+    number(
+        value,
+        value > 0.01 && value <= 1.0,
+        "greater than 0.01 and at most 1",
+    )
+}
+
+/// Reduced scattering coefficients, each above 0, mm^-1.
+///
+/// # Errors
+/// The phrase that names the coefficient at fault.
+pub fn sigma_s(value: DVec3) -> Result<DVec3, String> {
+    each(value, |v| {
+        number(v, v > 0.0, "greater than 0 mm^-1 in every channel")
+    })
+}
+
+/// Absorption coefficients, each at least 0, mm^-1.
+///
+/// # Errors
+/// The phrase that names the coefficient at fault.
+pub fn sigma_a(value: DVec3) -> Result<DVec3, String> {
+    each(value, |v| {
+        number(v, v >= 0.0, "0 mm^-1 or greater in every channel")
+    })
+}
+
+/// Linear RGB, each channel at least 0.
+///
+/// # Errors
+/// The phrase that names the channel at fault.
+pub fn color(value: DVec3) -> Result<DVec3, String> {
+    each(value, |v| {
+        number(v, v >= 0.0, "0 or greater in every channel")
+    })
+}
+
+/// A point in the scene, finite in every coordinate.
+///
+/// # Errors
+/// The phrase that names the coordinate at fault.
+pub fn point(value: DVec3) -> Result<DVec3, String> {
+    each(value, |v| number(v, true, "finite in every coordinate"))
+}
+
+fn each(value: DVec3, check: impl Fn(f64) -> Result<f64, String>) -> Result<DVec3, String> {
+    value
+        .to_array()
+        .into_iter()
+        .try_for_each(|v| check(v).map(drop))?;
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_closed_where_they_say_so() {
+        assert_eq!(size([1, 16384]), Ok([1, 16384]));
+        assert!(size([0, 600]).is_err_and(|e| e.contains("width") && e.contains("1 to 16384")));
+        assert!(size([800, 40000]).is_err_and(|e| e.contains("height") && e.contains("40000")));
+        assert!(samples(256).is_ok() && samples(257).is_err() && samples(-1).is_err());
+        assert!(light_map(16).is_ok() && light_map(15).is_err());
+        assert!(roughness(0.01).is_err() && roughness(1.0).is_ok());
+        assert!(eta(0.99).is_err() && eta(3.0).is_ok());
+    }
+
+    #[test]
+    fn nothing_infinite_passes() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for check in [
+                positive,
+                non_negative,
+                finite,
+                elevation,
+                fov,
+                eta,
+                roughness,
+            ] {
+                assert!(check(bad).is_err());
+            }
+            let vector = DVec3::new(1.0, bad, 1.0);
+            for check in [sigma_s, sigma_a, color, point] {
+                assert!(check(vector).is_err());
+            }
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Scattering media: the presets of Jensen et al. 2001, and custom coefficients.
+
+use super::limits;
+use glam::DVec3;
+
+/// A homogeneous scattering medium with a smooth or rough dielectric boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name of the preset, or "custom".
+    pub name: String,
+    /// Reduced scattering coefficient sigma_s' per RGB channel, mm^-1.
+    pub sigma_s: DVec3,
+    /// Absorption coefficient sigma_a per RGB channel, mm^-1.
+    pub sigma_a: DVec3,
+    /// Relative index of refraction eta of the medium.
+    pub eta: f64,
+    /// GGX roughness alpha of the boundary's specular lobe, in (0, 1].
+    pub roughness: f64,
+}
+
+impl Material {
+    /// Checks every coefficient against [`limits`].
+    ///
+    /// # Errors
+    /// A phrase that names the coefficient, its limits and the value found.
+    pub fn check(&self) -> Result<(), String> {
+        let named = |name: &str, result: Result<(), String>| {
+            result.map_err(|phrase| format!("{name} {phrase}"))
+        };
+        named("sigma_s", limits::sigma_s(self.sigma_s).map(drop))?;
+        named("sigma_a", limits::sigma_a(self.sigma_a).map(drop))?;
+        named("eta", limits::eta(self.eta).map(drop))?;
+        named("roughness", limits::roughness(self.roughness).map(drop))
+    }
+}

@@ -1,0 +1,45 @@
+//! What is rendered: mesh, material, light, camera, and the plan to render them by.
+//!
+//! Knows nothing of Vulkan. Lengths are in mm, coefficients in mm^-1, angles in degrees.
+
+pub mod bundled;
+pub mod camera;
+pub mod color;
+pub mod defaults;
+pub mod error;
+pub mod file;
+pub mod framing;
+pub mod light;
+pub mod limits;
+pub mod material;
+pub mod mesh;
+pub mod names;
+pub mod obj;
+pub mod plan;
+pub mod preset;
+pub mod request;
+
+pub use bundled::Bundled;
+pub use camera::{Camera, View};
+pub use error::Error;
+pub use framing::Viewpoint;
+pub use light::{Light, LightFrame};
+pub use material::Material;
+pub use mesh::Mesh;
+pub use plan::{Jitter, Method, Multiple, Plan};
+pub use request::{MeshSource, Request};
+
+/// One mesh of one material under one light, seen by one camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Where the scene came from, for messages.
+    pub name: String,
+    /// The geometry, mm.
+    pub mesh: Mesh,
+    /// The medium inside it.
+    pub material: Material,
+    /// The light.
+    pub light: Light,
+    /// The camera.
+    pub camera: Camera,
+}

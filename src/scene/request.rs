@@ -1,0 +1,243 @@
+//! What is asked for, before anything is loaded: the sum of defaults, scene file and flags.
+
+use super::bundled::{self, Bundled};
+use super::{
+    Error, Jitter, Light, Material, Mesh, Method, Plan, Scene, Viewpoint, defaults, file, limits,
+    names, obj,
+};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// Where a mesh comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MeshSource {
+    /// One that ships inside the binary.
+    Bundled(Bundled),
+    /// An OBJ file.
+    File(PathBuf),
+}
+
+/// Everything that a picture depends on, not loaded and not yet validated as a whole.
+///
+/// [`Request::open`] fills it from a scene file; flags then overwrite fields; and
+/// [`Request::plan`] loads the mesh, fits the camera and checks every value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// Where the request came from, for messages.
+    pub name: String,
+    /// The geometry.
+    pub mesh: MeshSource,
+    /// mm per mesh unit.
+    pub unit: f64,
+    /// The medium.
+    pub material: Material,
+    /// The light.
+    pub light: Light,
+    /// Where the camera stands.
+    pub viewpoint: Viewpoint,
+    /// The camera's vertical field of view, degrees.
+    pub fov: f64,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Method for multiple scattering.
+    pub multiple: Method,
+    /// Method of the left half, if it differs.
+    pub split: Option<Method>,
+    /// Samples a pixel, for the method that takes them.
+    pub samples: u32,
+    /// Whether the specular reflection is added.
+    pub specular: bool,
+    /// Texels along a side of the light map.
+    pub light_map: u32,
+    /// Frames averaged.
+    pub frames_averaged: u32,
+    /// What moves between averaged frames.
+    pub jitter: Jitter,
+    /// Factor on radiance before display encoding.
+    pub exposure: f64,
+    /// Linear RGB behind the picture; none keeps it transparent.
+    pub background: Option<[f64; 3]>,
+}
+
+impl MeshSource {
+    /// Loads the mesh, in its own unit.
+    ///
+    /// # Errors
+    /// As [`obj::load`].
+    pub fn load(&self) -> Result<Mesh, Error> {
+        match self {
+            MeshSource::Bundled(bundled) => bundled.load(),
+            MeshSource::File(path) => obj::load(path),
+        }
+    }
+}
+
+impl Request {
+    /// The defaults, for the mesh of the given source.
+    pub fn of_mesh(name: String, mesh: MeshSource) -> Request {
+        let material = Material::preset(defaults::MATERIAL).unwrap_or_else(|_| Material {
+            // Unreachable while the default is a preset, which a test holds.
+            name: "custom".to_owned(),
+            sigma_s: DVec3::ONE,
+            sigma_a: DVec3::ZERO,
+            eta: defaults::ETA,
+            roughness: defaults::ROUGHNESS,
+        });
+        Request {
+            name,
+            mesh,
+            unit: defaults::UNIT,
+            material,
+            light: Light {
+                azimuth: defaults::LIGHT_AZIMUTH,
+                elevation: defaults::LIGHT_ELEVATION,
+                irradiance: defaults::LIGHT_IRRADIANCE,
+                color: DVec3::ONE,
+            },
+            viewpoint: Viewpoint::default(),
+            fov: defaults::CAMERA_FOV,
+            size: defaults::SIZE,
+            multiple: Method::Samples,
+            split: None,
+            samples: defaults::SAMPLES,
+            specular: true,
+            light_map: defaults::LIGHT_MAP,
+            frames_averaged: defaults::FRAMES_AVERAGED,
+            jitter: Jitter::All,
+            exposure: defaults::EXPOSURE,
+            background: None,
+        }
+    }
+
+    /// The bundled statue with every default.
+    pub fn statue() -> Request {
+        Request::of_mesh("statue".to_owned(), MeshSource::Bundled(Bundled::Statue20k))
+    }
+
+    /// Opens a scene: a `.toml` file, a bare `.obj`, or the name of a bundled mesh.
+    ///
+    /// # Errors
+    /// The source is none of these, or the scene file is at fault. A mesh is not
+    /// opened before [`Request::plan`].
+    pub fn open(source: &Path) -> Result<Request, Error> {
+        if let Some(bundled) = source.to_str().and_then(Bundled::named) {
+            return Ok(Request::of_mesh(
+                bundled.name().to_owned(),
+                MeshSource::Bundled(bundled),
+            ));
+        }
+        match extension(source).as_deref() {
+            Some("toml") => file::load(source),
+            Some("obj") => Ok(Request::of_mesh(
+                source.display().to_string(),
+                MeshSource::File(source.to_owned()),
+            )),
+            _ => Err(Error::of(
+                source.display(),
+                format!(
+                    "no scene: neither a .toml or .obj file nor a bundled mesh; {}",
+                    names::remedy(&source.to_string_lossy(), &bundled::NAMES)
+                ),
+            )),
+        }
+    }
+
+    /// Loads the mesh, fits the camera and checks every value.
+    ///
+    /// # Errors
+    /// The mesh cannot be used, or a value lies outside its [`limits`].
+    pub fn plan(&self) -> Result<Plan, Error> {
+        let check = |what: &str, result: Result<(), String>| {
+            result.map_err(|phrase| Error::of(&self.name, format!("{what} {phrase}")))
+        };
+        check("unit", limits::positive(self.unit).map(drop))?;
+        check("material:", self.material.check())?;
+        let light = &self.light;
+        check("light azimuth", limits::finite(light.azimuth).map(drop))?;
+        check(
+            "light elevation",
+            limits::elevation(light.elevation).map(drop),
+        )?;
+        check(
+            "light irradiance",
+            limits::non_negative(light.irradiance).map(drop),
+        )?;
+        check("light color", limits::color(light.color).map(drop))?;
+        check("camera fov", limits::fov(self.fov).map(drop))?;
+        check("size", limits::size(self.size.map(i64::from)).map(drop))?;
+        check("samples", limits::samples(self.samples.into()).map(drop))?;
+        check(
+            "light_map",
+            limits::light_map(self.light_map.into()).map(drop),
+        )?;
+        check(
+            "frames_averaged",
+            limits::frames_averaged(self.frames_averaged.into()).map(drop),
+        )?;
+        check("exposure", limits::positive(self.exposure).map(drop))?;
+        if let Some(background) = self.background {
+            check("background", limits::color(background.into()).map(drop))?;
+        }
+
+        let mesh = self.mesh.load()?.scaled(self.unit);
+        let radius = mesh.bounding_radius();
+        // Squares of lengths must neither overflow nor vanish in the f32 of the shaders.
+        if !(1e-9..=1e9).contains(&radius) {
+            return Err(Error::of(
+                &self.name,
+                format!(
+                    "the mesh has a radius of {radius:e} mm, outside 1e-9 to 1e9; \
+                     set unit (mm per mesh unit)"
+                ),
+            ));
+        }
+        let camera = self
+            .viewpoint
+            .camera(self.fov, self.size, &mesh.positions)
+            .map_err(|phrase| Error::of(&self.name, format!("camera: {phrase}")))?;
+        Ok(Plan {
+            scene: Scene {
+                name: self.name.clone(),
+                mesh,
+                material: self.material.clone(),
+                light: self.light.clone(),
+                camera,
+            },
+            size: self.size,
+            multiple: self.multiple.with_samples(self.samples),
+            split: self.split.map(|method| method.with_samples(self.samples)),
+            specular: self.specular,
+            light_map: self.light_map,
+            frames_averaged: self.frames_averaged,
+            jitter: self.jitter,
+            exposure: self.exposure,
+            background: self.background,
+        })
+    }
+}
+
+/// The extension in lower case.
+fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_str()?.to_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_material_is_a_preset() {
+        assert_eq!(
+            Request::statue().material.name,
+            defaults::MATERIAL,
+            "the fallback in of_mesh must stay unreachable"
+        );
+    }
+
+    #[test]
+    fn the_defaults_are_a_valid_plan() {
+        let plan = Request::statue().plan().expect("a plan");
+        assert_eq!(plan.size, [800, 600]);
+        assert_eq!(plan.multiple, crate::scene::Multiple::Samples(30));
+    }
+}

@@ -1,0 +1,396 @@
+//! Every GPU stage against its f64 twin.
+
+mod common;
+
+use common::device::{self, TestDevice};
+use common::media::medium;
+use common::shapes;
+use glam::DVec3;
+use marmor::cpu::{self, shade::Shading};
+use marmor::frame::Renderer;
+use marmor::scene::{Jitter, Mesh, Multiple, Plan};
+
+const SIZE: [u32; 2] = [160, 120];
+
+fn bumpy() -> Mesh {
+    shapes::bumpy(20.0, 5)
+}
+
+fn rendered(device: &TestDevice, plan: &Plan) -> Renderer {
+    let mut renderer = Renderer::new(&device.device, plan, true).expect("a renderer");
+    renderer.render(&mut |_| ()).expect("a picture");
+    renderer
+}
+
+/// Compares two images of `width` texels a row where both are covered, away from edges.
+///
+/// Rasterisers snap vertices to 1/256 texel or finer, so a value may be that of a point as
+/// far away: it must lie within `tolerance` plus a hundredth of the twin's range over the
+/// neighbours. A texel whose neighbourhood is not wholly covered, or where another surface
+/// begins, may belong to either side and only counts.
+fn compare(
+    what: &str,
+    width: usize,
+    gpu: &[Option<f64>],
+    twin: &[Option<f64>],
+    tolerance: f64,
+    jump: f64,
+) {
+    let height = twin.len() / width;
+    let (mut compared, mut edges, mut worst) = (0, 0, 0.0_f64);
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let around: Vec<_> = (0..9)
+                .map(|k| twin[(y + k / 3 - 1) * width + x + k % 3 - 1])
+                .collect();
+            let (Some(here), true) = (twin[y * width + x], around.iter().all(Option::is_some))
+            else {
+                edges += usize::from(twin[y * width + x].is_some() != gpu[y * width + x].is_some());
+                continue;
+            };
+            let lo = around
+                .iter()
+                .flatten()
+                .copied()
+                .fold(f64::INFINITY, f64::min);
+            let hi = around
+                .iter()
+                .flatten()
+                .copied()
+                .fold(f64::NEG_INFINITY, f64::max);
+            if hi - lo > jump {
+                continue;
+            }
+            let value = gpu[y * width + x].unwrap_or_else(|| {
+                panic!("{what}: the GPU covers no ({x}, {y}) inside the surface")
+            });
+            let allowed = tolerance + 0.01 * (hi - lo);
+            worst = worst.max((value - here).abs() / allowed);
+            compared += 1;
+        }
+    }
+    assert!(compared > 1000, "{what}: only {compared} texels compared");
+    assert!(worst <= 1.0, "{what}: off by {worst} times what is allowed");
+    assert!(
+        edges * 100 <= compared,
+        "{what}: coverage differs on {edges} edge texels"
+    );
+}
+
+#[test]
+fn light_map() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for light in [[0.0, 0.0], [140.0, 25.0], [-30.0, 80.0]] {
+        let plan = device::plan(
+            bumpy(),
+            medium("marble").material(),
+            light,
+            [20.0, 10.0],
+            SIZE,
+            Multiple::None,
+        );
+        let mut renderer = rendered(&device, &plan);
+        let gpu = device::light_map(&mut renderer);
+        let mut mesh = plan.scene.mesh.clone();
+        mesh.positions
+            .iter_mut()
+            .for_each(|p| *p -= renderer.center());
+        let twin = cpu::light::draw(&mesh, &renderer.light_frame(0), plan.scene.material.eta);
+        let width = plan.light_map as usize;
+        let some = |depth: &[f64]| {
+            depth
+                .iter()
+                .map(|&d| (d < 1.0).then_some(d))
+                .collect::<Vec<_>>()
+        };
+        compare(
+            "depth",
+            width,
+            &some(&gpu.depth),
+            &some(&twin.depth),
+            2e-6,
+            0.1,
+        );
+        for k in 0..4 {
+            let moment = |map: &cpu::LightMap| {
+                let depths = map.depth.iter();
+                depths
+                    .zip(&map.moments)
+                    .map(|(&d, m)| (d < 1.0).then_some(m[k]))
+                    .collect::<Vec<_>>()
+            };
+            compare("moment", width, &moment(&gpu), &moment(&twin), 2e-5, 0.2);
+        }
+        let empty = gpu
+            .depth
+            .iter()
+            .zip(&gpu.moments)
+            .filter(|(d, _)| **d >= 1.0);
+        assert!(empty.clone().count() > 1000);
+        assert!(
+            empty.clone().all(|(_, m)| *m == [0.0; 4]),
+            "an empty texel has a weight"
+        );
+    }
+}
+
+#[test]
+fn g_buffer() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = device::plan(
+        bumpy(),
+        medium("marble").material(),
+        [140.0, 25.0],
+        [20.0, 10.0],
+        SIZE,
+        Multiple::None,
+    );
+    plan.jitter = Jitter::All;
+    let mut renderer = rendered(&device, &plan);
+    let gpu = device::gbuffer(&mut renderer, SIZE);
+    let mut mesh = plan.scene.mesh.clone();
+    mesh.positions
+        .iter_mut()
+        .for_each(|p| *p -= renderer.center());
+    let twin = cpu::view::draw(&mesh, &renderer.view(0), gpu.width, gpu.height);
+    let some = |depth: &[f64]| {
+        depth
+            .iter()
+            .map(|&d| (d < 1.0).then_some(d))
+            .collect::<Vec<_>>()
+    };
+    compare(
+        "depth",
+        gpu.width,
+        &some(&gpu.depth),
+        &some(&twin.depth),
+        2e-6,
+        0.05,
+    );
+    compare(
+        "back",
+        gpu.width,
+        &some(&gpu.back_depth),
+        &some(&twin.back_depth),
+        2e-6,
+        0.05,
+    );
+    for k in 0..3 {
+        let component = |g: &cpu::GBuffer| {
+            g.normal
+                .iter()
+                .map(|n| (*n != DVec3::ZERO).then_some(n[k]))
+                .collect::<Vec<_>>()
+        };
+        compare(
+            "normal",
+            gpu.width,
+            &component(&gpu),
+            &component(&twin),
+            1e-4,
+            0.5,
+        );
+    }
+}
+
+/// Shading is compared on the GPU's own maps, so that only shading can differ.
+fn compare_shading(device: &TestDevice, plan: &Plan) -> (Vec<[f64; 4]>, Vec<[f64; 4]>) {
+    let mut renderer = rendered(device, plan);
+    let map = device::light_map(&mut renderer);
+    let gbuffer = device::gbuffer(&mut renderer, plan.size);
+    let noise = cpu::shade::noise();
+    let shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    let twin = cpu::shade::shade(
+        &gbuffer,
+        &renderer.view(0),
+        &shading,
+        plan.multiple,
+        plan.specular,
+    );
+    (twin, device::wide(&renderer.radiance().expect("radiance")))
+}
+
+fn worst(twin: &[[f64; 4]], gpu: &[[f64; 4]]) -> f64 {
+    let scale = twin
+        .iter()
+        .flat_map(|p| &p[..3])
+        .copied()
+        .fold(0.0, f64::max);
+    twin.iter()
+        .zip(gpu)
+        .flat_map(|(t, g)| (0..4).map(move |c| (t[c] - g[c]).abs()))
+        .fold(0.0, f64::max)
+        / scale
+}
+
+#[test]
+fn exact() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for name in ["marble", "ketchup"] {
+        let mut plan = device::plan(
+            bumpy(),
+            medium(name).material(),
+            [140.0, 25.0],
+            [20.0, 10.0],
+            [64, 48],
+            Multiple::Exact,
+        );
+        plan.light_map = 96;
+        let (twin, gpu) = compare_shading(&device, &plan);
+        let worst = worst(&twin, &gpu);
+        assert!(worst < 2e-5, "{name}: {worst} of the brightest pixel");
+    }
+}
+
+#[test]
+fn brdf_and_specular() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = device::plan(
+        bumpy(),
+        medium("marble").material(),
+        [60.0, 35.0],
+        [20.0, 10.0],
+        SIZE,
+        Multiple::Brdf,
+    );
+    plan.specular = true;
+    let (twin, gpu) = compare_shading(&device, &plan);
+    // The tap's weights have 8 bits on most devices, and a comparison may fall on either
+    // side of equality: few pixels may differ by a texel's worth of light.
+    let scale = twin
+        .iter()
+        .flat_map(|p| &p[..3])
+        .copied()
+        .fold(0.0, f64::max);
+    let off = |limit: f64| {
+        let differs =
+            |(t, g): &(&[f64; 4], &[f64; 4])| (0..3).any(|c| (t[c] - g[c]).abs() > limit * scale);
+        twin.iter().zip(&gpu).filter(differs).count()
+    };
+    let covered = twin.iter().filter(|p| p[3] > 0.0).count();
+    assert!(covered > 3000, "{covered}");
+    assert!(
+        off(0.01) * 500 < covered,
+        "{} of {covered} pixels differ by a texel",
+        off(0.01)
+    );
+    assert!(
+        device::rr(&twin, &gpu) < 0.01,
+        "rr {}",
+        device::rr(&twin, &gpu)
+    );
+}
+
+#[test]
+fn samples() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for (name, n) in [
+        ("marble", 30),
+        ("skin1", 7),
+        ("ketchup", 30),
+        ("spectralon", 12),
+    ] {
+        let plan = device::plan(
+            bumpy(),
+            medium(name).material(),
+            [140.0, 25.0],
+            [20.0, 10.0],
+            SIZE,
+            Multiple::Samples(n),
+        );
+        let (twin, gpu) = compare_shading(&device, &plan);
+        // The same sequence, but a sample within rounding of a texel's edge reads its
+        // neighbour: most pixels agree to float32, few by a sample's worth.
+        let covered: Vec<_> = twin.iter().zip(&gpu).filter(|(t, _)| t[3] > 0.0).collect();
+        let exact = covered
+            .iter()
+            .filter(|(t, g)| (0..3).all(|c| (t[c] - g[c]).abs() <= 2e-3 * t[c] + 1e-6))
+            .count();
+        assert!(
+            exact * 100 >= covered.len() * 95,
+            "{name}: {exact} of {} agree",
+            covered.len()
+        );
+        let rr = device::rr(&twin, &gpu);
+        assert!(rr < 0.02, "{name}: rr {rr}");
+    }
+}
+
+#[test]
+fn resolve() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for background in [None, Some([0.1, 0.02, 0.3])] {
+        let mut plan = device::plan(
+            bumpy(),
+            medium("marble").material(),
+            [60.0, 35.0],
+            [20.0, 10.0],
+            SIZE,
+            Multiple::Brdf,
+        );
+        plan.frames_averaged = 5;
+        plan.jitter = Jitter::All;
+        plan.exposure = 1.7;
+        plan.background = background;
+        let renderer = rendered(&device, &plan);
+        let radiance = device::wide(&renderer.radiance().expect("radiance"));
+        let display = renderer.display().expect("display");
+        assert!(
+            radiance.iter().any(|p| p[3] > 0.05 && p[3] < 0.95),
+            "no partly covered pixel"
+        );
+        for (pixel, shown) in radiance.iter().zip(&display) {
+            let twin = cpu::resolve::resolve(*pixel, plan.exposure, background);
+            for c in 0..4 {
+                let off = i32::from(shown[c]).abs_diff(i32::from(twin[c]));
+                assert!(off <= 1, "{pixel:?} shows {shown:?}, the twin {twin:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn averaging_is_the_mean_of_the_frames() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = device::plan(
+        bumpy(),
+        medium("marble").material(),
+        [60.0, 35.0],
+        [20.0, 10.0],
+        SIZE,
+        Multiple::Samples(8),
+    );
+    plan.jitter = Jitter::All;
+    let mut renderer = Renderer::new(&device.device, &plan, false).expect("a renderer");
+    let mut mean = vec![[0.0; 4]; (SIZE[0] * SIZE[1]) as usize];
+    for index in 0..3 {
+        renderer
+            .render_frames(index..index + 1, &mut |_| ())
+            .expect("a frame");
+        for (m, p) in mean.iter_mut().zip(renderer.radiance().expect("radiance")) {
+            (0..4).for_each(|c| m[c] += f64::from(p[c]) / 3.0);
+        }
+    }
+    renderer
+        .render_frames(0..3, &mut |_| ())
+        .expect("three frames");
+    let worst = worst(
+        &mean,
+        &device::wide(&renderer.radiance().expect("radiance")),
+    );
+    assert!(worst < 1e-6, "{worst}");
+}

@@ -1,0 +1,117 @@
+//! The promise: scene files, meshes and bundled meshes load as documented.
+
+mod common;
+
+use common::program::{file, folder};
+use glam::DVec3;
+use marmor::scene::{Bundled, Mesh, Multiple, Request, preset};
+use std::path::Path;
+
+#[test]
+fn every_bundled_mesh_is_whole() {
+    for bundled in [Bundled::Statue1k, Bundled::Statue5k, Bundled::Statue20k] {
+        let mesh = bundled.load().expect("a good mesh");
+        check(&mesh);
+        assert!(mesh.triangles.len() >= 500, "{}", bundled.name());
+    }
+    assert_eq!(Bundled::named("statue"), Some(Bundled::Statue20k));
+    assert_eq!(Bundled::named("Statue"), None);
+}
+
+/// What every loaded mesh promises.
+fn check(mesh: &Mesh) {
+    assert_eq!(mesh.positions.len(), mesh.normals.len());
+    assert_eq!(mesh.positions.len(), mesh.uvs.len());
+    assert!(mesh.positions.iter().all(|p| p.is_finite()));
+    assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-9));
+    assert_eq!(mesh.corners().count(), mesh.triangles.len());
+    let mut used = vec![false; mesh.positions.len()];
+    for &index in mesh.triangles.iter().flatten() {
+        used[index as usize] = true;
+    }
+    assert!(used.into_iter().all(|used| used));
+}
+
+#[test]
+fn a_scene_file_finds_its_mesh_beside_it() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("meshes")).expect("a folder");
+    file(
+        folder.path(),
+        "meshes/a.obj",
+        "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    );
+    let path = file(
+        folder.path(),
+        "s.toml",
+        "mesh = \"meshes/a.obj\"\nunit = 10\n[method]\nmultiple = \"exact\"\n",
+    );
+    let plan = Request::open(&path)
+        .expect("a scene")
+        .plan()
+        .expect("a plan");
+    check(&plan.scene.mesh);
+    assert_eq!(plan.multiple, Multiple::Exact);
+    let (lo, hi) = plan.scene.mesh.bounding_box().expect("vertices");
+    assert_eq!((lo, hi), (DVec3::ZERO, DVec3::splat(10.0)));
+}
+
+#[test]
+fn the_unit_scales_mesh_and_camera_alike() {
+    let mut request = Request::statue();
+    let one = request.plan().expect("a plan").scene;
+    request.unit = 7.0;
+    let seven = request.plan().expect("a plan").scene;
+    let view = |scene: &marmor::scene::Scene| scene.camera.eye - scene.mesh.center();
+    let difference = view(&seven) - 7.0 * view(&one);
+    assert!(difference.length() < 1e-9 * view(&seven).length());
+}
+
+#[test]
+fn a_moved_mesh_is_seen_the_same() {
+    let folder = folder();
+    let tetrahedron = |shift: f64| {
+        let mut text = String::new();
+        for p in [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.], [0., 0., 4.]] {
+            text += &format!(
+                "v {} {} {}\n",
+                p[0] + shift,
+                p[1] - shift,
+                p[2] + 2.0 * shift
+            );
+        }
+        text + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    };
+    let scene = |name: &str, shift| {
+        let path = file(folder.path(), name, tetrahedron(shift));
+        Request::open(&path)
+            .expect("a scene")
+            .plan()
+            .expect("a plan")
+            .scene
+    };
+    let (here, there) = (scene("a.obj", 0.0), scene("b.obj", 64.0));
+    let shift = DVec3::new(64.0, -64.0, 128.0);
+    assert!((there.camera.eye - here.camera.eye - shift).length() < 1e-9);
+    assert!((there.camera.target - here.camera.target - shift).length() < 1e-9);
+    for (a, b) in here.mesh.normals.iter().zip(&there.mesh.normals) {
+        assert!((*a - *b).length() < 1e-12);
+    }
+}
+
+#[test]
+fn the_documented_schema_is_the_schema() {
+    let document = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene.md"));
+    // Every example in the documentation is a scene that loads.
+    let mut examples = 0;
+    for block in document.split("```toml\n").skip(1) {
+        let text = block.split("```").next().expect("a block");
+        marmor::scene::file::parse(text, "docs/scene.md", Path::new(""))
+            .unwrap_or_else(|error| panic!("{error} in\n{text}"));
+        examples += 1;
+    }
+    assert!(examples >= 4, "{examples}");
+    for name in preset::NAMES {
+        assert!(document.contains(name), "{name}");
+    }
+}
