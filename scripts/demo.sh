@@ -20,7 +20,8 @@ say "rendering $picture: 800x600, 16 frames averaged"
 status=0
 cargo run --release --quiet ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} -- \
     render -o "$picture" --size 800x600 --split brdf --multiple samples --samples 30 \
-    --frames-averaged 16 --background '#15171c' --stats "$stats" "$@" || status=$?
+    --frames-averaged 16 \
+    --light=-115,30 --exposure 1.6 --background '#15171c' --stats "$stats" "$@" || status=$?
 if [ "$status" -eq 3 ]; then
     complain 'no usable Vulkan device. On Debian and Ubuntu, mesa-vulkan-drivers renders on the CPU;'
     complain 'what is there and what it lacks: cargo run --release -- devices'
@@ -34,11 +35,16 @@ import sys
 
 
 def summary(stats):
-    yield "device", stats["device"]
-    yield "frame time", f"{stats['wall_milliseconds_per_frame']:.1f} ms"
-    for read in stats["fetches"]:
-        where = f"{read['pass']}, {read['term']}, {read['what']}"
-        yield "fetches per pixel", f"{read['per_pixel']:g} ({where})"
+    yield "device", stats["device"]["name"]
+    passes = ", ".join(f"{p['pass']} {p['milliseconds']:.1f}" for p in stats["times"]["passes"])
+    yield "frame time", f"{stats['times']['wall']:.1f} ms ({passes})"
+    terms = ", ".join(
+        f"{term['per_pixel']} {term['what']}"
+        for p in stats["fetches"]["passes"]
+        for term in p["terms"]
+        if term["term"] != "input"
+    )
+    yield "fetches per pixel", f"{stats['fetches']['per_pixel']} ({terms})"
 
 
 with open(sys.argv[1], encoding="utf-8") as file:

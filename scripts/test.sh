@@ -47,6 +47,11 @@ step 'clippy' watched cargo clippy --release --workspace --all-targets ${feature
 RUSTDOCFLAGS='-D warnings' step 'docs' watched cargo doc --release --workspace --no-deps ${features:+"$features"}
 step 'build tests' watched cargo test --release --workspace ${features:+"$features"} --no-run ${build[@]+"${build[@]}"}
 
-# Last, and in this script's place: cargo's closing lines and status are the result.
+# Last: cargo's closing lines, then the sum over all test files.
 say 'tests'
-exec cargo test --release --workspace ${features:+"$features"} "$@"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+status=0
+cargo test --release --workspace ${features:+"$features"} "$@" 2>&1 | tee "$log" || status=$?
+awk '/^test result:/ { passed += $4; failed += $6 } END { printf "%d passed, %d failed\n", passed, failed }' "$log"
+exit "$status"

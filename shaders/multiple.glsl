@@ -7,15 +7,16 @@ layout(constant_id = 1) const int SAMPLES = 30;
 // Side of the blue-noise tile.
 const int BLUE_NOISE_SIZE = 64;
 
-// y > 0 with y + ln y = b: a start within 2.8 %, then two iterations of Iacono & Boyd (2017),
-// which leave less than float32 can carry. CPU twin: optics/sampling/radius.rs.
+// y > 0 with y + ln y = b: a start within 2.8 %, then one iteration of Fritsch, Shafer & Crowley
+// (1973), whose error is of fourth order: less than float32 can carry. CPU twin:
+// optics/sampling/radius.rs.
 float solve(float b) {
     float x = exp(min(b, 0.5));
     float y = b <= 0.5 ? x * (1.0 + 0.28 * x) / (1.0 + 1.28 * x)
                        : b - log(1.0 + b) + 0.7 / (1.0 + 0.04 * b);
-    y *= (1.0 + b - log(y)) / (1.0 + y);
-    y *= (1.0 + b - log(y)) / (1.0 + y);
-    return y;
+    float z = b - log(y) - y;
+    float q = 2.0 * (1.0 + y) * (1.0 + y + z * (2.0 / 3.0));
+    return y + y * z * (q - z) / ((1.0 + y) * (q - 2.0 * z));
 }
 
 // What the three techniques of one depth gap T need at one receiver. CPU twin:
@@ -76,16 +77,21 @@ vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
 
     vec2 blue = FETCH_TEXEL(blue_noise, ivec2(gl_FragCoord.xy) & (BLUE_NOISE_SIZE - 1)).xy;
     vec2 xi = fract(blue + frame.sequence.xy);
+    // The angle of sample (j, t) is 2 pi (xi.y + j golden + t / 6): a rotation an iteration.
+    vec2 turn = vec2(cos(2.0 * PI * xi.y), sin(2.0 * PI * xi.y));
+    const float golden = 2.0 * PI * 0.61803398875;
+    const mat2 step = mat2(cos(golden), sin(golden), -sin(golden), cos(golden));
 
     vec3 sum = vec3(0.0);
-    for (int j = 0; 6 * j < SAMPLES; ++j) {
+    for (int j = 0; 6 * j < SAMPLES; ++j, turn = step * turn) {
         [[unroll]] for (int t = 0; t < 6; ++t) {
             if (6 * j + t >= SAMPLES) break;
             float stagger = float(t) / 6.0;
             float u = (float(j) + fract(xi.x + stagger)) / float((SAMPLES + 5 - t) / 6);
-            float angle = 2.0 * PI * fract(xi.y + float(j) * 0.61803398875 + stagger);
+            float c = cos(2.0 * PI * stagger), s = sin(2.0 * PI * stagger);
+            vec2 direction = vec2(c * turn.x - s * turn.y, s * turn.x + c * turn.y);
             float rho2 = t < 3 ? sample_radius2(near, t, u) : sample_radius2(far, t - 3, u);
-            vec2 at = st + sqrt(rho2) * frame.light_scale.y * vec2(cos(angle), sin(angle));
+            vec2 at = st + sqrt(rho2) * frame.light_scale.y * direction;
             vec4 texel = FETCH_NEAREST(moments, at, size);
             // R_d is taken at the texel's centre, which makes the expectation exactly the
             // sum that `exact` computes. Where nothing is lit, the weight texel.x is 0.

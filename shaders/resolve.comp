@@ -9,6 +9,9 @@ layout(binding = 1, rgba32f) uniform readonly image2D radiance;
 layout(binding = 2, rgba32f) uniform image2D mean;
 layout(binding = 3, rgba8) uniform writeonly image2D display;
 
+// Whether the mean is encoded: only what is shown needs it.
+layout(constant_id = 0) const bool ENCODE = true;
+
 // Identity up to 0.8, then a shoulder that reaches 1 with a continuous slope.
 vec3 tone_map(vec3 x) {
     return mix(x, 1.0 - 0.2 * exp(-(x - 0.8) / 0.2), greaterThan(x, vec3(0.8)));
@@ -31,6 +34,7 @@ void main() {
         value = old + (value - old) * frame.sequence.z;
     }
     imageStore(mean, pixel, value);
+    if (!ENCODE) return;
 
     // Radiance is premultiplied by coverage; the PNG's alpha is straight.
     float alpha = value.a;

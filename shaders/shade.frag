@@ -14,6 +14,9 @@ layout(binding = 4) uniform sampler2D moments;
 layout(binding = 5) uniform sampler2DShadow light_depth;
 layout(binding = 6) uniform sampler2D blue_noise;
 
+// Before any work: pixels that nothing covers must cost nothing.
+layout(early_fragment_tests) in;
+
 layout(location = 0) out vec4 out_radiance;
 
 layout(constant_id = 0) const bool SPECULAR = true;

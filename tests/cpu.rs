@@ -8,7 +8,7 @@ use common::media::{Medium, medium};
 use common::random::Random;
 use common::shapes;
 use glam::{DVec2, DVec3};
-use marmor::cpu::shade::{self, Pattern, Receiver, Shading};
+use marmor::cpu::shade::{self, Receiver, Shading};
 use marmor::cpu::{GBuffer, LightMap, light, view};
 use marmor::optics::fresnel;
 use marmor::scene::{Camera, Light, LightFrame, Mesh, Multiple, View};
@@ -160,7 +160,7 @@ fn a_broadly_lit_plane_without_absorption_returns_all_that_enters() {
 }
 
 /// z-scores of `samples` against `exact`, frame by frame with independent uniform shifts.
-fn z_scores(name: &str, n: u32, frames: u32, pattern: Pattern) -> Vec<f64> {
+fn z_scores(name: &str, n: u32, frames: u32) -> Vec<f64> {
     let medium = medium(name);
     let light = Light {
         azimuth: 70.0,
@@ -169,10 +169,7 @@ fn z_scores(name: &str, n: u32, frames: u32, pattern: Pattern) -> Vec<f64> {
     let mesh = shapes::bumpy(8.0, 4);
     let map = light_map(&mesh, &light, 96, medium.eta);
     let noise = shade::noise();
-    let shading = Shading {
-        pattern,
-        ..Shading::new(&medium.material(), &light, &map, &noise, 0)
-    };
+    let shading = Shading::new(&medium.material(), &light, &map, &noise, 0);
     let (view, gbuffer) = picture(&mesh, DVec3::ZERO, 8.0, 22);
     let receivers = receivers(&gbuffer, &view);
     assert!(receivers.len() >= 200, "only {} receivers", receivers.len());
@@ -199,21 +196,20 @@ fn z_scores(name: &str, n: u32, frames: u32, pattern: Pattern) -> Vec<f64> {
 #[test]
 fn samples_are_unbiased_and_their_spread_is_as_estimated() {
     // 7 samples leave techniques with one and with two of them, 2 leave most with none.
-    for (name, n, frames, pattern) in [
-        ("marble", 30, 600, Pattern::Staggered),
-        ("skin1", 30, 600, Pattern::Staggered),
-        ("ketchup", 30, 600, Pattern::Staggered),
-        ("skin1", 30, 600, Pattern::Aligned),
-        ("marble", 7, 2000, Pattern::Staggered),
-        ("skin1", 2, 4000, Pattern::Staggered),
+    for (name, n, frames) in [
+        ("marble", 30, 600),
+        ("skin1", 30, 600),
+        ("ketchup", 30, 600),
+        ("marble", 7, 2000),
+        ("skin1", 2, 4000),
     ] {
-        let z = z_scores(name, n, frames, pattern);
+        let z = z_scores(name, n, frames);
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
         let worst = z.iter().fold(0.0_f64, |a, z| a.max(z.abs()));
         // Bonferroni: the chance that any of the scores exceeds the bound is 0.1 %.
         let normal = Normal::new(0.0, 1.0).expect("a standard normal");
         let bound = normal.inverse_cdf(1.0 - 0.5e-3 / z.len() as f64);
-        println!("{name} {n} {pattern:?}: rms {rms}, worst {worst}, bound {bound}");
+        println!("{name} {n}: rms {rms}, worst {worst}, bound {bound}");
         assert!(worst < bound, "{name} {n}: worst z {worst}, bound {bound}");
         assert!((rms - 1.0).abs() < 0.1, "{name} {n}: RMS of z {rms}");
     }
@@ -453,41 +449,6 @@ fn a_lit_sphere_does_not_shadow_itself() {
         } else if cos <= 0.0 {
             assert_eq!(shade::visibility(&map, *p, n), 0.0);
         }
-    }
-}
-
-#[test]
-fn staggered_techniques_err_less_than_aligned_ones() {
-    let light = slanted();
-    let mesh = shapes::bumpy(8.0, 4);
-    let noise = shade::noise();
-    let (view, gbuffer) = picture(&mesh, DVec3::ZERO, 8.0, 24);
-    for name in ["marble", "skin1", "ketchup"] {
-        let medium = medium(name);
-        let map = light_map(&mesh, &light, 128, medium.eta);
-        // Each channel relative to what it reflects, as rr weighs them.
-        let scale = DVec3::from_array([0, 1, 2].map(|c| medium.dipole(c).total()));
-        let error = |pattern| {
-            let squares: f64 = receivers(&gbuffer, &view)
-                .par_iter()
-                .map(|r| {
-                    let mut shading = Shading::new(&medium.material(), &light, &map, &noise, 0);
-                    shading.pattern = pattern;
-                    let exact = shade::exact(&shading, r);
-                    let mut squares = 0.0;
-                    for frame in 0..8 {
-                        shading.frame = frame;
-                        let difference = shade::samples(&shading, r, 30) - exact;
-                        squares += (difference / scale).length_squared();
-                    }
-                    squares
-                })
-                .sum();
-            squares.sqrt()
-        };
-        let ratio = error(Pattern::Staggered) / error(Pattern::Aligned);
-        println!("{name}: ratio {ratio}");
-        assert!(ratio < 0.85, "{name}: {ratio}");
     }
 }
 

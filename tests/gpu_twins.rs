@@ -17,7 +17,7 @@ fn bumpy() -> Mesh {
 }
 
 fn rendered(device: &TestDevice, plan: &Plan) -> Renderer {
-    let mut renderer = Renderer::new(&device.device, plan, true).expect("a renderer");
+    let mut renderer = Renderer::new(&device.device, plan, true, false).expect("a renderer");
     renderer.render(&mut |_| ()).expect("a picture");
     renderer
 }
@@ -375,7 +375,7 @@ fn averaging_is_the_mean_of_the_frames() {
         Multiple::Samples(8),
     );
     plan.jitter = Jitter::All;
-    let mut renderer = Renderer::new(&device.device, &plan, false).expect("a renderer");
+    let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("a renderer");
     let mut mean = vec![[0.0; 4]; (SIZE[0] * SIZE[1]) as usize];
     for index in 0..3 {
         renderer

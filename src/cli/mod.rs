@@ -138,6 +138,7 @@ impl Global {
             // An empty variable means that none is set.
             device: self.device.clone().filter(|device| !device.is_empty()),
             validation: self.validation,
+            measure: false,
             memory_limit: self.memory_limit,
         }
     }

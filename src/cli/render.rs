@@ -141,7 +141,12 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     let plan = plan(arguments)?;
 
     let mut bar = Bar::new(global.quiet);
-    let picture = frame::render(&global.options(), &plan, &mut |progress| {
+    let options = frame::Options {
+        // Statistics must tell whose time is whose; a picture alone need not.
+        measure: arguments.stats.is_some(),
+        ..global.options()
+    };
+    let picture = frame::render(&options, &plan, &mut |progress| {
         bar.report(progress);
     });
     bar.clear();

@@ -144,17 +144,25 @@ pub struct Renderer {
     pending: Vec<bool>,
     pass_totals: [f64; PASSES.len()],
     frames: u32,
+    measure: bool,
     device: Arc<Device>,
 }
 
 impl Renderer {
     /// Prepares `plan` on `device`: every image, buffer and pipeline.
     ///
-    /// `keep_gbuffer` stores the G-buffer so that [`Renderer::read`] can fetch it.
+    /// `keep_gbuffer` stores the G-buffer so that [`Renderer::read`] can fetch it. `measure`
+    /// drains each subpass around its stamps, so that its time is its own; a frame may take
+    /// longer for it.
     ///
     /// # Errors
     /// [`gpu::Error::OutOfMemory`] naming what did not fit, or what the driver says.
-    pub fn new(device: &Arc<Device>, plan: &Plan, keep_gbuffer: bool) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &Plan,
+        keep_gbuffer: bool,
+        measure: bool,
+    ) -> gpu::Result<Self> {
         let mesh = &plan.scene.mesh;
         let (lo, hi) = mesh
             .positions
@@ -260,6 +268,7 @@ impl Renderer {
             pending: vec![false; FRAMES_IN_FLIGHT],
             pass_totals: [0.0; PASSES.len()],
             frames: 0,
+            measure,
             device: Arc::clone(device),
         })
     }
@@ -337,7 +346,7 @@ impl Renderer {
             if self.exact.is_some() {
                 commands = self.sum_exact(commands, slot, done, progress)?;
             }
-            self.record_resolve(commands, slot, done == 0);
+            self.record_resolve(commands, slot, done == 0, done + 1 == frames);
             if done + 1 == frames {
                 self.record_readback(commands, slot);
             }
@@ -484,9 +493,9 @@ impl Renderer {
         Ok(commands)
     }
 
-    /// resolve: the running mean and its encoding.
+    /// resolve: the running mean, and after the last frame its encoding.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, first: bool) {
+    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, first: bool, last: bool) {
         let canvas = &self.canvas;
         let before = if first { Use::DISCARD } else { Use::COMPUTE_STORAGE };
         barrier::image(
@@ -498,7 +507,7 @@ impl Renderer {
             &canvas.display, before, Use::COMPUTE_STORAGE,
         );
         self.begin(commands, slot, RESOLVE);
-        self.resolve.record(commands, slot);
+        self.resolve.record(commands, slot, last);
         self.end(commands, slot, RESOLVE);
     }
 
@@ -524,12 +533,21 @@ impl Renderer {
     fn begin(&self, commands: vk::CommandBuffer, slot: usize, pass: u32) {
         self.device.begin_label(commands, PASSES[pass as usize].1);
         self.stamps[slot].start(commands, pass);
+        self.drain(commands, pass);
     }
 
     /// Closes a pass.
     fn end(&self, commands: vk::CommandBuffer, slot: usize, pass: u32) {
+        self.drain(commands, pass);
         self.stamps[slot].end(commands, pass);
         self.device.end_label(commands);
+    }
+
+    /// When measuring, keeps the work of a subpass from being carried past its stamps.
+    fn drain(&self, commands: vk::CommandBuffer, pass: u32) {
+        if self.measure && matches!(pass, BACK | VIEW | SHADE) {
+            barrier::drain(&self.device, commands);
+        }
     }
 
     /// Waits for the slot's last submit and adds up its times.

@@ -13,7 +13,8 @@ use crate::gpu::{self, Binding, Buffer, ComputePipeline, DescriptorSets, Device}
 /// The pass that accumulates and encodes.
 pub struct ResolvePass {
     sets: DescriptorSets,
-    pipeline: ComputePipeline,
+    /// Without and with the encoding for display.
+    pipelines: [ComputePipeline; 2],
     size: [u32; 2],
 }
 
@@ -33,17 +34,20 @@ impl ResolvePass {
             .collect();
         let sets =
             DescriptorSets::new(device, "resolve", vk::ShaderStageFlags::COMPUTE, &bindings)?;
-        let pipeline = ComputePipeline::new(device, &shaders::RESOLVE_COMP, &sets, 0, &[])?;
+        let pipeline =
+            |encode| ComputePipeline::new(device, &shaders::RESOLVE_COMP, &sets, 0, &[encode]);
+        let pipelines = [pipeline(0)?, pipeline(1)?];
         Ok(ResolvePass {
             sets,
-            pipeline,
+            pipelines,
             size: canvas.mean.size(),
         })
     }
 
-    /// Adds the frame to the mean.
-    pub fn record(&self, commands: vk::CommandBuffer, slot: usize) {
-        self.pipeline.bind(commands, &self.sets, slot);
-        self.pipeline.dispatch_8x8(commands, self.size);
+    /// Adds the frame to the mean, and with `encode` writes the display image.
+    pub fn record(&self, commands: vk::CommandBuffer, slot: usize, encode: bool) {
+        let pipeline = &self.pipelines[usize::from(encode)];
+        pipeline.bind(commands, &self.sets, slot);
+        pipeline.dispatch_8x8(commands, self.size);
     }
 }

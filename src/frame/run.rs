@@ -8,7 +8,7 @@ use super::geometry::Geometry;
 use super::{PassTime, Progress, Renderer};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger;
-use crate::scene::Plan;
+use crate::scene::{Multiple, Plan};
 
 /// Names a Vulkan loader library in place of the system's.
 const LOADER_VARIABLE: &str = "MARMOR_VULKAN_LOADER";
@@ -20,6 +20,8 @@ pub struct Options {
     pub device: Option<String>,
     /// Whether the Khronos validation layer watches, synchronisation included.
     pub validation: bool,
+    /// Whether each pass is timed on its own, at the price of draining the device between passes.
+    pub measure: bool,
     /// Bytes of device memory to use at most, as if the device had no more.
     pub memory_limit: Option<u64>,
 }
@@ -185,8 +187,13 @@ pub fn render(
 ) -> Result<Picture, Error> {
     let device = open_device(options)?;
     check_fit(options, plan, device.candidate())?;
-    let mut renderer = Renderer::new(&device, plan, false)?;
+    let mut renderer = Renderer::new(&device, plan, false, options.measure)?;
     warn_coarse(plan, &renderer);
+    if options.measure && plan.multiple != Multiple::Exact && plan.split != Some(Multiple::Exact) {
+        // Drivers compile on first use: a frame that does not count. `exact` is no matter of
+        // frame times, and too long to be run twice.
+        renderer.render_frames(0..1, &mut |_| ())?;
+    }
     let wall = renderer.render(progress)?;
     Ok(Picture {
         size: plan.size,

@@ -11,6 +11,7 @@ use super::shaders;
 use super::targets::{Canvas, GBuffer};
 use crate::gpu::{
     self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, RenderPass,
+    barrier,
 };
 
 /// Subpass that draws the depth of the nearest back faces.
@@ -108,6 +109,9 @@ pub fn render_pass(
             .dst_access_mask(A::DEPTH_STENCIL_ATTACHMENT_READ | A::INPUT_ATTACHMENT_READ)
             .dependency_flags(vk::DependencyFlags::BY_REGION),
     ];
+    // For measuring only.
+    let drains = [BACK, VIEW, SHADE].map(barrier::drain_dependency);
+    let dependencies = [&dependencies[..], &drains[..]].concat();
     let info = vk::RenderPassCreateInfo::default()
         .attachments(&attachments)
         .subpasses(&subpasses)

@@ -120,6 +120,44 @@ pub fn image(
     unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
 }
 
+/// Inside a subpass: waits until what it has drawn so far is in the attachments.
+///
+/// It resolves no hazard and is for measuring only: without it, the stamps of a subpass are
+/// taken while a tiler, or a renderer that bins like one, still holds its work back. The subpass
+/// must declare [`drain_dependency`].
+pub fn drain(device: &Device, commands: vk::CommandBuffer) {
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(DRAIN_STAGES)
+        .src_access_mask(DRAIN_WRITES)
+        .dst_stage_mask(DRAIN_STAGES)
+        .dst_access_mask(DRAIN_WRITES)];
+    let info = vk::DependencyInfo::default()
+        .memory_barriers(&barrier)
+        .dependency_flags(vk::DependencyFlags::BY_REGION);
+    // SAFETY: `commands` is being recorded inside a subpass that declares the dependency.
+    unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+}
+
+const DRAIN_STAGES: S =
+    S::from_raw(Use::DEPTH_WRITE.stage.as_raw() | S::COLOR_ATTACHMENT_OUTPUT.as_raw());
+const DRAIN_WRITES: A =
+    A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw() | A::COLOR_ATTACHMENT_WRITE.as_raw());
+
+/// The dependency of subpass `subpass` on itself that [`drain`] needs.
+pub fn drain_dependency(subpass: u32) -> vk::SubpassDependency {
+    use vk::{AccessFlags as A, PipelineStageFlags as S};
+    let stages = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS | S::COLOR_ATTACHMENT_OUTPUT;
+    let writes = A::DEPTH_STENCIL_ATTACHMENT_WRITE | A::COLOR_ATTACHMENT_WRITE;
+    vk::SubpassDependency::default()
+        .src_subpass(subpass)
+        .dst_subpass(subpass)
+        .src_stage_mask(stages)
+        .src_access_mask(writes)
+        .dst_stage_mask(stages)
+        .dst_access_mask(writes)
+        .dependency_flags(vk::DependencyFlags::BY_REGION)
+}
+
 /// Orders `before` and `after` on `buffer`. Otherwise as [`image()`].
 pub fn buffer(
     device: &Device,

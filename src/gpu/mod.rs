@@ -5,6 +5,8 @@
 //! synchronisation is the caller's, in plain sight.
 
 pub mod barrier;
+#[cfg(test)]
+mod canary;
 pub mod descriptor;
 pub mod device;
 pub mod image;

@@ -50,10 +50,16 @@ pub fn device() -> Option<TestDevice> {
     }
 }
 
+/// Whether there is a device to test on; says so where there is none.
+pub fn present() -> bool {
+    device().is_some()
+}
+
 fn options(validation: bool) -> Options {
     Options {
         device: std::env::var("MARMOR_DEVICE").ok(),
         validation,
+        measure: false,
         memory_limit: None,
     }
 }
@@ -127,7 +133,7 @@ pub fn plan(
 
 /// Renders `plan`; returns its linear radiance.
 pub fn render(device: &TestDevice, plan: &Plan) -> Vec<[f32; 4]> {
-    let mut renderer = Renderer::new(&device.device, plan, false).expect("a renderer");
+    let mut renderer = Renderer::new(&device.device, plan, false, false).expect("a renderer");
     renderer.render(&mut |_| ()).expect("a picture");
     renderer.radiance().expect("its radiance")
 }

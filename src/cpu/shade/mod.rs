@@ -6,7 +6,7 @@ mod shadow;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-pub use multiple::{Pattern, TECHNIQUES, brdf, exact, samples, samples_shifted};
+pub use multiple::{TECHNIQUES, brdf, exact, samples, samples_shifted};
 pub use shadow::visibility;
 
 use crate::cpu::{GBuffer, LightMap};
@@ -52,8 +52,6 @@ pub struct Shading<'a> {
     pub noise: &'a [[f32; 2]],
     /// Index of the frame: moves the sample sequence.
     pub frame: u32,
-    /// How the samples of [`samples`] are laid out.
-    pub pattern: Pattern,
 }
 
 impl<'a> Shading<'a> {
@@ -77,7 +75,6 @@ impl<'a> Shading<'a> {
             map,
             noise,
             frame,
-            pattern: Pattern::default(),
         }
     }
 

@@ -11,39 +11,20 @@ use crate::optics::sampling::{GOLDEN, RadiusSampler};
 /// Sampling techniques of [`samples`]: three channels times two depth gaps.
 pub const TECHNIQUES: u32 = 6;
 
-/// How the samples of different techniques lie relative to each other; both are unbiased.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pattern {
-    /// Every technique has the same shift within its strata, angles follow the golden ratio
-    /// over all samples: u = (j + xi_1) / n_t, angle = xi_2 + i / golden ratio.
-    ///
-    /// Where two techniques have much the same density they draw much the same radii: at 30
-    /// samples the error is no smaller than with random numbers in the strata.
-    Aligned,
-    /// Technique t is shifted by another sixth, in radius and angle, and each is a Fibonacci
-    /// spiral of its own: u = (j + fract(xi_1 + t/6)) / n_t, angle = xi_2 + j / golden ratio +
-    /// t/6.
-    ///
-    /// Measured on a sphere and a bumpy sphere of marble, skin1 and ketchup at 30 samples: 45 %
-    /// less error than `Aligned` in one frame, 50 % less in the mean of 16.
-    #[default]
-    Staggered,
-}
-
-impl Pattern {
-    /// The two random numbers in [0, 1)^2 of sample `j` of the `count` that technique `t` has,
-    /// for the shift `xi`: the first for the radius, the second for the angle in turns.
-    fn point(self, t: u32, j: u32, count: f64, xi: [f64; 2]) -> [f64; 2] {
-        let stagger = f64::from(t) / f64::from(TECHNIQUES);
-        let (within, turn) = match self {
-            Pattern::Aligned => (xi[0], xi[1] + f64::from(j * TECHNIQUES + t) * GOLDEN),
-            Pattern::Staggered => (
-                (xi[0] + stagger).fract(),
-                xi[1] + f64::from(j) * GOLDEN + stagger,
-            ),
-        };
-        [(f64::from(j) + within) / count, turn.fract()]
-    }
+/// The two random numbers in [0, 1)^2 of sample `j` of the `count` that technique `t` has, for
+/// the shift `xi`: the first for the radius, the second for the angle in turns.
+///
+/// Radii are stratified, angles follow the golden ratio, and technique t is shifted by t/6 in
+/// both, so that techniques of much the same density do not draw the same points: measured on a
+/// sphere and a bumpy sphere of marble, skin1 and ketchup at 30 samples, this has 45 % less
+/// error than the same shift for all.
+fn point(t: u32, j: u32, count: f64, xi: [f64; 2]) -> [f64; 2] {
+    let stagger = f64::from(t) / f64::from(TECHNIQUES);
+    let turn = xi[1] + f64::from(j) * GOLDEN + stagger;
+    [
+        (f64::from(j) + (xi[0] + stagger).fract()) / count,
+        turn.fract(),
+    ]
 }
 
 /// M without transport: E0 Ft(cos) cos R_tot times visibility, a Lambertian reflector.
@@ -86,7 +67,7 @@ pub fn samples(shading: &Shading, receiver: &Receiver, n: u32) -> DVec3 {
 /// Sample i uses technique t = i mod 6: the radius follows the profile of channel t mod 3,
 /// across no depth gap for t < 3 and otherwise across the gap between p and the surface that
 /// the light sees in front of it. Radii are stratified within a technique, angles follow the
-/// golden ratio (see [`Pattern`]), and the balance heuristic (Veach and Guibas 1995) combines
+/// golden ratio (see `point`), and the balance heuristic (Veach and Guibas 1995) combines
 /// the techniques.
 pub fn samples_shifted(shading: &Shading, receiver: &Receiver, n: u32, xi: [f64; 2]) -> DVec3 {
     let frame = &shading.map.frame;
@@ -104,7 +85,7 @@ pub fn samples_shifted(shading: &Shading, receiver: &Receiver, n: u32, xi: [f64;
     let mut sum = DVec3::ZERO;
     for i in 0..n {
         let (t, j) = (i % TECHNIQUES, i / TECHNIQUES);
-        let [u, turn] = shading.pattern.point(t, j, count(t as usize), xi);
+        let [u, turn] = point(t, j, count(t as usize), xi);
         let rho = techniques[t as usize].sample(u);
         let offset = DVec2::from_angle(TAU * turn) * rho;
         // R_d is taken at the texel's centre but the pdf at the point drawn: so the integral
