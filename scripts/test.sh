@@ -24,7 +24,7 @@ check_scripts() {
     local script
     for script in scripts/*.sh .ci/run; do bash -n "$script"; done
     if have shellcheck; then
-        shellcheck -x scripts/*.sh .ci/run
+        shellcheck -x -S warning scripts/*.sh .ci/run
     else
         say 'shellcheck is not installed: syntax checked only'
     fi

@@ -18,9 +18,9 @@ use crate::scene::{Light, Material, Multiple, View};
 pub const NOISE_SIZE: usize = 64;
 
 /// Interpolated normals may turn away from the viewer where the triangle does not. How grazing
-/// may light leave? The clamp touches the outer 0.5 % of a sphere's radius, and spares it the
+/// may light leave? The clamp touches the outer 2 % of a sphere's radius, and spares it the
 /// black rim that Ft(0) = 0 would draw.
-pub const MIN_COS_OUT: f64 = 0.1;
+pub const MIN_COS_OUT: f64 = 0.2;
 
 /// A visible point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
