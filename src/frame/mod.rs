@@ -3,6 +3,7 @@
 //! Passes live in files of their own and know only the resources they are given
 //! ([`targets`]); what orders them is here and nowhere else.
 
+mod capture;
 mod exact;
 mod geometry;
 mod light;
@@ -28,10 +29,11 @@ use std::time::{Duration, Instant};
 use ash::vk;
 use glam::{DVec2, DVec3};
 
+pub use capture::Target;
 pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
 
 use crate::gpu::{
-    self, Buffer, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier, submit,
+    self, Buffer, Device, Location, RenderPass, Slot, Timestamps, Use, barrier, submit,
 };
 use crate::optics::sampling::r2;
 use crate::scene::{Jitter, LightFrame, Multiple, Plan, View};
@@ -102,23 +104,6 @@ pub struct PassTime {
     pub milliseconds: f64,
 }
 
-/// An intermediate image, for tests and captures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// D32 depth of the light map.
-    LightDepth,
-    /// T0 moments of the light map.
-    LightMoments,
-    /// D32 depth of the nearest back face.
-    BackDepth,
-    /// D32 depth of the view.
-    ViewDepth,
-    /// Octahedral normal of the view.
-    ViewNormal,
-    /// Radiance of the last frame.
-    Radiance,
-}
-
 /// Everything one plan needs on one device; made once, then no frame allocates.
 pub struct Renderer {
     // Dropped first: a slot waits for the queue before anything it uses goes.
@@ -164,19 +149,9 @@ impl Renderer {
         measure: bool,
     ) -> gpu::Result<Self> {
         let mesh = &plan.scene.mesh;
-        let (lo, hi) = mesh
-            .positions
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| {
-                (lo.min(p), hi.max(p))
-            });
         // Positions are kept relative to the middle, so that float32 serves them best.
-        let center = 0.5 * (lo + hi);
-        let radius = mesh
-            .positions
-            .iter()
-            .map(|p| p.distance(center))
-            .fold(0.0, f64::max);
+        let center = mesh.center();
+        let radius = mesh.bounding_radius();
         let light_frame = LightFrame::fit(
             mesh.positions.iter().map(|&p| p - center),
             plan.scene.light.to_light(),
@@ -368,12 +343,16 @@ impl Renderer {
     fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
         let device = &*self.device;
         let (map, gbuffer, canvas) = (&self.map, &self.gbuffer, &self.canvas);
-        // `exact` reads map and G-buffer in compute, the shade pass in the fragment shader.
-        let (map_read, depth_read, normal_read) = if self.exact.is_some() {
-            (Use::SHADERS_SAMPLE, Use::DEPTH_INPUT_AND_SAMPLE, Use::SHADERS_INPUT_AND_SAMPLE)
-        } else {
-            (Use::FRAGMENT_SAMPLE, Use::DEPTH_INPUT, Use::COLOR_INPUT)
-        };
+        // What reads the map and the G-buffer: the shade pass, and `exact` in compute. A render
+        // pass also stores its attachments at its end, which is a write.
+        let mut map_read = Use::FRAGMENT_SAMPLE;
+        let mut depth_read = Use::DEPTH_INPUT.and(Use::DEPTH_WRITE);
+        let mut normal_read = Use::COLOR_INPUT.and(Use::COLOR_WRITE);
+        if self.exact.is_some() {
+            map_read = map_read.and(Use::COMPUTE_SAMPLE);
+            depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
+            normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
+        }
 
         // light: what the light sees. The map is drawn anew, since light and mesh may have moved.
         barrier::image(
@@ -398,15 +377,15 @@ impl Renderer {
 
         // view and shade: one render pass of three subpasses (view.rs has their dependencies).
         barrier::image(
-            device, commands, c"WAR: the previous frame reads the back faces' depth",
-            &gbuffer.back, Use::DEPTH_INPUT.discarding(), Use::DEPTH_WRITE,
+            device, commands, c"WAR, WAW: the previous frame reads and stores the back faces' depth",
+            &gbuffer.back, Use::DEPTH_INPUT.and(Use::DEPTH_WRITE).discarding(), Use::DEPTH_WRITE,
         );
         barrier::image(
-            device, commands, c"WAR: the previous frame reads the view depth",
+            device, commands, c"WAR, WAW: the previous frame reads and stores the view depth",
             &gbuffer.depth, depth_read.discarding(), Use::DEPTH_WRITE,
         );
         barrier::image(
-            device, commands, c"WAR: the previous frame reads the normals",
+            device, commands, c"WAR, WAW: the previous frame reads and stores the normals",
             &gbuffer.normal, normal_read.discarding(), Use::COLOR_WRITE,
         );
         barrier::image(
@@ -592,104 +571,6 @@ impl Renderer {
     /// As [`Renderer::radiance`].
     pub fn display(&self) -> gpu::Result<Vec<[u8; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(self.display_readback.read()?))
-    }
-
-    /// Copies an intermediate image of the last frame to the host, as up to four floats a
-    /// texel, row-major; missing components are 0.
-    ///
-    /// The G-buffer is there only if it was asked to be kept.
-    ///
-    /// # Errors
-    /// What the driver says.
-    pub fn read(&mut self, target: Target) -> gpu::Result<Vec<[f32; 4]>> {
-        let exact = self.exact.is_some();
-        let (image, state): (&Image, Use) = match target {
-            Target::LightDepth => (&self.map.depth, Use::FRAGMENT_SAMPLE_DEPTH),
-            Target::LightMoments => (&self.map.moments, Use::FRAGMENT_SAMPLE),
-            Target::BackDepth => (
-                &self.gbuffer.back,
-                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
-            ),
-            Target::ViewDepth if exact => (&self.gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
-            Target::ViewDepth => (
-                &self.gbuffer.depth,
-                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
-            ),
-            Target::ViewNormal if exact => (&self.gbuffer.normal, Use::COMPUTE_SAMPLE),
-            Target::ViewNormal => (
-                &self.gbuffer.normal,
-                Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
-            ),
-            Target::Radiance => (&self.canvas.radiance, Use::COMPUTE_STORAGE),
-        };
-        let [width, height] = image.size();
-        let bytes = match image.format() {
-            vk::Format::R32G32B32A32_SFLOAT => 16,
-            _ => 4,
-        };
-        let buffer = Buffer::new(
-            &self.device,
-            "capture",
-            u64::from(width) * u64::from(height) * bytes,
-            vk::BufferUsageFlags::TRANSFER_DST,
-            Location::Readback,
-        )?;
-        let mut slot = Slot::new(&self.device, "capture")?;
-        let commands = slot.begin()?;
-        barrier::image(
-            &self.device,
-            commands,
-            c"RAW: the copy reads what the frame has left",
-            image,
-            state,
-            Use::COPY_SOURCE,
-        );
-        submit::record_readback(&self.device, commands, image, &buffer);
-        barrier::image(
-            &self.device,
-            commands,
-            c"WAR: the next frame finds the image as it was",
-            image,
-            Use::COPY_SOURCE,
-            state,
-        );
-        slot.submit()?;
-        slot.wait()?;
-        let data = buffer.read()?;
-        let pair = |c: &[u8; 4]| [[c[0], c[1]], [c[2], c[3]]];
-        Ok(match image.format() {
-            vk::Format::R32G32B32A32_SFLOAT => bytemuck::pod_collect_to_vec(data),
-            vk::Format::R16G16_SNORM => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
-                .iter()
-                .map(|c| {
-                    let [x, y] =
-                        pair(c).map(|c| (f32::from(i16::from_ne_bytes(c)) / 32767.0).max(-1.0));
-                    [x, y, 0.0, 0.0]
-                })
-                .collect(),
-            vk::Format::R16G16_SFLOAT => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
-                .iter()
-                .map(|c| {
-                    let [x, y] = pair(c).map(|c| half(u16::from_ne_bytes(c)));
-                    [x, y, 0.0, 0.0]
-                })
-                .collect(),
-            _ => bytemuck::pod_collect_to_vec::<u8, f32>(data)
-                .iter()
-                .map(|&x| [x, 0.0, 0.0, 0.0])
-                .collect(),
-        })
-    }
-}
-
-/// The finite value of a half-precision float.
-fn half(bits: u16) -> f32 {
-    let sign = if bits & 0x8000 == 0 { 1.0 } else { -1.0 };
-    let (exponent, fraction) = (i32::from(bits >> 10) & 31, f32::from(bits & 0x3ff));
-    if exponent == 0 {
-        sign * fraction * 2f32.powi(-24)
-    } else {
-        sign * (1024.0 + fraction) * 2f32.powi(exponent - 25)
     }
 }
 

@@ -133,10 +133,7 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
                 "no R16G16_SNORM attachment: normals are half floats",
             );
             note(!c.linear_float, "no linear RGBA32F filter");
-            note(
-                c.limits.timestamp_compute_and_graphics == vk::FALSE,
-                "no timestamps: passes are not timed",
-            );
+            note(!c.timestamps, "no timestamps: passes are not timed");
             DeviceInfo {
                 index: c.index,
                 name: c.name.clone(),

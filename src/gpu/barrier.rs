@@ -37,14 +37,6 @@ uses! {
     DEPTH_INPUT = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw() | S::FRAGMENT_SHADER.as_raw()),
         A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::INPUT_ATTACHMENT_READ.as_raw()),
         DEPTH_STENCIL_READ_ONLY_OPTIMAL;
-    /// As [`Use::DEPTH_INPUT`], and sampled by a compute shader.
-    DEPTH_INPUT_AND_SAMPLE = S::from_raw(Use::DEPTH_INPUT.stage.as_raw() | S::COMPUTE_SHADER.as_raw()),
-        A::from_raw(Use::DEPTH_INPUT.access.as_raw() | A::SHADER_SAMPLED_READ.as_raw()),
-        DEPTH_STENCIL_READ_ONLY_OPTIMAL;
-    /// As [`Use::COLOR_INPUT`], and sampled by a compute shader.
-    SHADERS_INPUT_AND_SAMPLE = S::from_raw(S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()),
-        A::from_raw(A::INPUT_ATTACHMENT_READ.as_raw() | A::SHADER_SAMPLED_READ.as_raw()),
-        SHADER_READ_ONLY_OPTIMAL;
     /// Read as an input attachment.
     COLOR_INPUT = S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ, SHADER_READ_ONLY_OPTIMAL;
     /// Sampled by a fragment shader.
@@ -55,9 +47,6 @@ uses! {
     COMPUTE_SAMPLE = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, SHADER_READ_ONLY_OPTIMAL;
     /// A depth image sampled by a compute shader.
     COMPUTE_SAMPLE_DEPTH = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, DEPTH_STENCIL_READ_ONLY_OPTIMAL;
-    /// Sampled by fragment and compute shaders.
-    SHADERS_SAMPLE = S::from_raw(S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()),
-        A::SHADER_SAMPLED_READ, SHADER_READ_ONLY_OPTIMAL;
     /// A storage image read and written by a compute shader.
     COMPUTE_STORAGE = S::COMPUTE_SHADER,
         A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()), GENERAL;
@@ -73,6 +62,15 @@ uses! {
 }
 
 impl Use {
+    /// Both uses at once, in the layout of this one.
+    pub const fn and(self, other: Use) -> Use {
+        Use {
+            stage: S::from_raw(self.stage.as_raw() | other.stage.as_raw()),
+            access: A::from_raw(self.access.as_raw() | other.access.as_raw()),
+            layout: self.layout,
+        }
+    }
+
     /// The same use with the old contents given up: waits for it, but transitions from undefined.
     pub const fn discarding(self) -> Use {
         Use {

@@ -26,6 +26,8 @@ pub struct Candidate {
     pub api: String,
     /// Size of the largest device-local heap, bytes.
     pub memory: u64,
+    /// Whether its queue can stamp the time.
+    pub timestamps: bool,
     /// Limits the frame must respect.
     pub limits: vk::PhysicalDeviceLimits,
     /// Whether R16G16_SNORM can be a colour attachment (else R16G16_SFLOAT is used).
@@ -214,6 +216,7 @@ impl Candidate {
                 .map(|h| h.size)
                 .max()
                 .unwrap_or(0),
+            timestamps: queue_family.is_some_and(|i| queues[i].timestamp_valid_bits > 0),
             limits: properties.limits,
             snorm_normals: offers(
                 vk::Format::R16G16_SNORM,

@@ -11,6 +11,8 @@ pub struct Timestamps {
     raw: vk::QueryPool,
     pairs: u32,
     period: f64,
+    // Where the queue has no clock, nothing is stamped and every time is none.
+    supported: bool,
     device: Arc<Device>,
 }
 
@@ -29,10 +31,12 @@ impl Timestamps {
         })?;
         device.name(raw, name);
         let period = f64::from(device.candidate().limits.timestamp_period);
+        let supported = device.candidate().timestamps;
         Ok(Timestamps {
             raw,
             pairs,
             period,
+            supported,
             device: Arc::clone(device),
         })
     }
@@ -58,6 +62,9 @@ impl Timestamps {
     }
 
     fn stamp(&self, commands: vk::CommandBuffer, query: u32) {
+        if !self.supported {
+            return;
+        }
         // Both ends wait for all earlier work, so that neighbouring pairs do not overlap.
         let stage = vk::PipelineStageFlags2::BOTTOM_OF_PIPE;
         // SAFETY: `commands` is being recorded and the pool was reset before.

@@ -3,6 +3,7 @@
 //! Knows nothing of Vulkan. Lengths are in mm, coefficients in mm^-1, angles in degrees.
 
 pub mod bundled;
+mod bytes;
 pub mod camera;
 pub mod color;
 pub mod defaults;

@@ -20,7 +20,7 @@ use std::path::Path;
 /// there, holds coordinates that are not finite, or has no area at all.
 pub fn load(path: &Path) -> Result<Mesh, Error> {
     let place = path.display();
-    let bytes = super::file::read(path)?;
+    let bytes = super::bytes::read(path)?;
     parse(&bytes, &place.to_string())
 }
 
@@ -29,7 +29,7 @@ pub fn load(path: &Path) -> Result<Mesh, Error> {
 /// # Errors
 /// As [`load`], less what concerns the file system.
 pub fn parse(bytes: &[u8], name: &str) -> Result<Mesh, Error> {
-    let text = super::file::utf8(bytes, name)?;
+    let text = super::bytes::utf8(bytes, name)?;
     let geometry = geometry(text, name)?;
     let options = tobj::LoadOptions {
         single_index: true,

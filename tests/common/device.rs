@@ -91,14 +91,8 @@ pub fn plan(
     size: [u32; 2],
     multiple: Multiple,
 ) -> Plan {
-    let (lo, hi) = mesh
-        .positions
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &p| {
-            (lo.min(p), hi.max(p))
-        });
-    let center = 0.5 * (lo + hi);
-    let radius = 0.5 * lo.distance(hi);
+    let center = mesh.center();
+    let radius = mesh.bounding_radius();
     let light_at = |[azimuth, elevation]: [f64; 2]| Light {
         azimuth,
         elevation,

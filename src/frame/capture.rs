@@ -1,0 +1,112 @@
+//! Intermediate images, copied to the host for tests and captures.
+
+use ash::vk;
+
+use super::Renderer;
+use crate::gpu::{self, Buffer, Image, Location, Slot, Use, barrier, submit};
+
+/// An intermediate image, for tests and captures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// D32 depth of the light map.
+    LightDepth,
+    /// T0 moments of the light map.
+    LightMoments,
+    /// D32 depth of the nearest back face.
+    BackDepth,
+    /// D32 depth of the view.
+    ViewDepth,
+    /// Octahedral normal of the view.
+    ViewNormal,
+    /// Radiance of the last frame.
+    Radiance,
+}
+
+impl Renderer {
+    /// Copies an intermediate image of the last frame to the host, as up to four floats a
+    /// texel, row-major; missing components are 0.
+    ///
+    /// The G-buffer is there only if it was asked to be kept.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn read(&mut self, target: Target) -> gpu::Result<Vec<[f32; 4]>> {
+        let exact = self.exact.is_some();
+        let (image, state): (&Image, Use) = match target {
+            Target::LightDepth => (&self.map.depth, Use::FRAGMENT_SAMPLE_DEPTH),
+            Target::LightMoments => (&self.map.moments, Use::FRAGMENT_SAMPLE),
+            Target::BackDepth => (
+                &self.gbuffer.back,
+                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
+            ),
+            Target::ViewDepth if exact => (&self.gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
+            Target::ViewDepth => (
+                &self.gbuffer.depth,
+                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
+            ),
+            Target::ViewNormal if exact => (&self.gbuffer.normal, Use::COMPUTE_SAMPLE),
+            Target::ViewNormal => (
+                &self.gbuffer.normal,
+                Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
+            ),
+            Target::Radiance => (&self.canvas.radiance, Use::COMPUTE_STORAGE),
+        };
+        let [width, height] = image.size();
+        let bytes = match image.format() {
+            vk::Format::R32G32B32A32_SFLOAT => 16,
+            _ => 4,
+        };
+        let buffer = Buffer::new(
+            &self.device,
+            "capture",
+            u64::from(width) * u64::from(height) * bytes,
+            vk::BufferUsageFlags::TRANSFER_DST,
+            Location::Readback,
+        )?;
+        let mut slot = Slot::new(&self.device, "capture")?;
+        let commands = slot.begin()?;
+        barrier::image(
+            &self.device,
+            commands,
+            c"RAW: the copy reads what the frame has left",
+            image,
+            state,
+            Use::COPY_SOURCE,
+        );
+        submit::record_readback(&self.device, commands, image, &buffer);
+        barrier::image(
+            &self.device,
+            commands,
+            c"WAR: the next frame finds the image as it was",
+            image,
+            Use::COPY_SOURCE,
+            state,
+        );
+        slot.submit()?;
+        slot.wait()?;
+        let data = buffer.read()?;
+        let pair = |c: &[u8; 4]| [[c[0], c[1]], [c[2], c[3]]];
+        Ok(match image.format() {
+            vk::Format::R32G32B32A32_SFLOAT => bytemuck::pod_collect_to_vec(data),
+            vk::Format::R16G16_SNORM => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
+                .iter()
+                .map(|c| {
+                    let [x, y] =
+                        pair(c).map(|c| (f32::from(i16::from_ne_bytes(c)) / 32767.0).max(-1.0));
+                    [x, y, 0.0, 0.0]
+                })
+                .collect(),
+            vk::Format::R16G16_SFLOAT => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
+                .iter()
+                .map(|c| {
+                    let [x, y] = pair(c).map(|c| half::f16::from_ne_bytes(c).to_f32());
+                    [x, y, 0.0, 0.0]
+                })
+                .collect(),
+            _ => bytemuck::pod_collect_to_vec::<u8, f32>(data)
+                .iter()
+                .map(|&x| [x, 0.0, 0.0, 0.0])
+                .collect(),
+        })
+    }
+}
