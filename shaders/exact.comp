@@ -15,13 +15,13 @@ layout(binding = 4, rgba32f) uniform image2D radiance;
 
 layout(push_constant) uniform Band {
     ivec2 columns;  // first column of the picture, and one past the last
+    ivec2 lines;    // first line of the picture, and one past the last
     ivec2 rows;     // first row of the light map, and one past the last
 } band;
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(band.columns.x, 0);
-    ivec2 size = imageSize(radiance);
-    if (pixel.x >= band.columns.y || pixel.y >= size.y) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(band.columns.x, band.lines.x);
+    if (pixel.x >= band.columns.y || pixel.y >= band.lines.y) return;
     float depth = FETCH_TEXEL(view_depth, pixel).x;
     if (depth >= 1.0) return;
 
@@ -30,10 +30,14 @@ void main() {
     vec3 q = to_light_space(p);
     int columns = textureSize(moments, 0).x;
 
-    vec3 sum = vec3(0.0);
+    vec3 wo = normalize(frame.eye.xyz - p);
+    vec3 scale = fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), frame.sigma_tr.w) / PI
+               * frame.irradiance.rgb * frame.irradiance.w;
+    vec4 value = FETCH_IMAGE(radiance, pixel);
     for (int j = band.rows.x; j < band.rows.y; ++j) {
         float dv = (float(j) + 0.5) * frame.light_scale.x - q.y;
-        // A row is summed on its own, so that a small term never meets the whole sum.
+        // A row is summed on its own: a small term never meets the whole sum, and the result
+        // does not depend on how the rows are dealt out to bands.
         vec3 row = vec3(0.0);
         for (int i = 0; i < columns; ++i) {
             vec4 m = FETCH_TEXEL(moments, ivec2(i, j));
@@ -41,11 +45,7 @@ void main() {
             float dz = (m.y / max(m.x, 1e-20) - q.z) * frame.light_scale.z;
             row += m.x * r_d(du * du + dv * dv + dz * dz);
         }
-        sum += row;
+        value.rgb += scale * row;
     }
-
-    vec3 wo = normalize(frame.eye.xyz - p);
-    vec3 added = fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), frame.sigma_tr.w) / PI
-               * frame.irradiance.rgb * frame.irradiance.w * sum;
-    imageStore(radiance, pixel, FETCH_IMAGE(radiance, pixel) + vec4(added, 0.0));
+    imageStore(radiance, pixel, value);
 }

@@ -16,7 +16,6 @@ pub struct ExactPass {
     sets: DescriptorSets,
     pipeline: ComputePipeline,
     columns: [u32; 2],
-    height: u32,
     // Referred to by the sets.
     _sampler: Sampler,
 }
@@ -51,22 +50,30 @@ impl ExactPass {
             })
             .collect();
         let sets = DescriptorSets::new(device, "exact", vk::ShaderStageFlags::COMPUTE, &bindings)?;
-        let pipeline = ComputePipeline::new(device, &shaders::EXACT_COMP, &sets, 16, &[])?;
+        let pipeline = ComputePipeline::new(device, &shaders::EXACT_COMP, &sets, 24, &[])?;
         Ok(ExactPass {
             sets,
             pipeline,
             columns,
-            height: canvas.radiance.size()[1],
             _sampler: sampler,
         })
     }
 
-    /// Adds rows `rows` of the light map.
-    pub fn record(&self, commands: vk::CommandBuffer, slot: usize, rows: [u32; 2]) {
+    /// Adds rows `rows` of the light map to lines `lines` of the picture; both end before the
+    /// second number.
+    pub fn record(
+        &self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        rows: [u32; 2],
+        lines: [u32; 2],
+    ) {
         self.pipeline.bind(commands, &self.sets, slot);
         self.pipeline
-            .push(commands, bytemuck::cast_slice(&[self.columns, rows]));
-        self.pipeline
-            .dispatch_8x8(commands, [self.columns[1] - self.columns[0], self.height]);
+            .push(commands, bytemuck::cast_slice(&[self.columns, lines, rows]));
+        self.pipeline.dispatch_8x8(
+            commands,
+            [self.columns[1] - self.columns[0], lines[1] - lines[0]],
+        );
     }
 }

@@ -54,6 +54,10 @@ const FRAMES_IN_FLIGHT: usize = 2;
 /// device stays alive and no watchdog fires, long enough that submitting costs nothing.
 const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 
+/// How many pairs of pixel and texel may a slab of the picture make with one row of the light
+/// map, which is the least that a submit of `exact` sums? Lavapipe takes about 0.1 s for them.
+const EXACT_PAIRS: u64 = 1 << 24;
+
 /// How many texels may one submit of `exact` sum? llvmpipe ends every loop of a shader after
 /// 65535 iterations in all, without a word.
 const EXACT_TEXELS: u32 = 60_000;
@@ -86,7 +90,7 @@ pub enum Progress {
         /// In all.
         of: u32,
     },
-    /// Rows of light maps summed by `exact`, over all frames.
+    /// Rows of light maps summed by `exact`, over all slabs of the picture and all frames.
     Exact {
         /// So far.
         done: u64,
@@ -319,7 +323,7 @@ impl Renderer {
             self.stamps[slot].reset(commands);
             self.record_scene(commands, slot);
             if self.exact.is_some() {
-                commands = self.sum_exact(commands, slot, done, progress)?;
+                commands = self.sum_exact(slot, done, progress)?;
             }
             self.record_resolve(commands, slot, done == 0, done + 1 == frames);
             if done + 1 == frames {
@@ -421,50 +425,57 @@ impl Renderer {
         }
     }
 
-    /// exact: the sum over the light map, in submits of about [`EXACT_SUBMIT`]; goes on in
-    /// the command buffer it returns.
+    /// exact: the sum over the light map, in submits of about [`EXACT_SUBMIT`], each a band of
+    /// the map's rows for a slab of the picture's; goes on in the command buffer it returns.
     #[rustfmt::skip] // A barrier is read as a sentence.
     fn sum_exact(
         &mut self,
-        mut commands: vk::CommandBuffer,
         slot: usize,
         frame: u32,
         progress: &mut dyn FnMut(Progress),
     ) -> gpu::Result<vk::CommandBuffer> {
-        let rows = self.plan.light_map;
-        let of = u64::from(rows) * u64::from(self.frames);
-        let mut done = 0;
+        self.slots[slot].submit()?;
+        self.pending[slot] = true;
+        self.collect(slot)?;
+
+        let (rows, [width, height]) = (self.plan.light_map, self.plan.size);
+        // Whole workgroups of eight lines.
+        let slab = 8 * (EXACT_PAIRS / (8 * u64::from(width) * u64::from(rows))).clamp(1, 1 << 13) as u32;
+        let units = u64::from(height.div_ceil(slab)) * u64::from(rows);
+        let mut finished = u64::from(frame) * units;
         // One row first: how fast the device is, only a measurement tells.
         let mut band = 1;
-        while done < rows {
-            let next = (done + band).min(rows);
-            self.slots[slot].submit()?;
-            self.pending[slot] = true;
-            self.collect(slot)?;
-            commands = self.slots[slot].begin()?;
-            self.stamps[slot].reset(commands);
-            barrier::image(
-                &self.device, commands, c"RAW, WAW: each band adds to the one before",
-                &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
-            );
-            let start = Instant::now();
-            self.begin(commands, slot, EXACT);
-            if let Some(exact) = &self.exact {
-                exact.record(commands, slot, [done, next]);
+        for line in (0..height).step_by(slab as usize) {
+            let lines = [line, (line + slab).min(height)];
+            let mut done = 0;
+            while done < rows {
+                let next = (done + band).min(rows);
+                let commands = self.slots[slot].begin()?;
+                self.stamps[slot].reset(commands);
+                barrier::image(
+                    &self.device, commands, c"RAW, WAW: each band adds to the one before",
+                    &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+                );
+                let start = Instant::now();
+                self.begin(commands, slot, EXACT);
+                if let Some(exact) = &self.exact {
+                    exact.record(commands, slot, [done, next], lines);
+                }
+                self.end(commands, slot, EXACT);
+                self.slots[slot].submit()?;
+                self.pending[slot] = true;
+                self.collect(slot)?;
+                let seconds = start.elapsed().as_secs_f64() / f64::from(next - done);
+                // At most eightfold, lest the first measurement was of a device half asleep.
+                let wanted = EXACT_SUBMIT.as_secs_f64() / seconds.max(1e-6);
+                band = (wanted as u32).min(EXACT_TEXELS / rows).clamp(1, 8 * band);
+                finished += u64::from(next - done);
+                done = next;
+                progress(Progress::Exact { done: finished, of: units * u64::from(self.frames) });
             }
-            self.end(commands, slot, EXACT);
-            self.slots[slot].submit()?;
-            self.pending[slot] = true;
-            self.collect(slot)?;
-            let seconds = start.elapsed().as_secs_f64() / f64::from(next - done);
-            // At most eightfold, lest the first measurement was of a device half asleep.
-            let wanted = EXACT_SUBMIT.as_secs_f64() / seconds.max(1e-6);
-            band = (wanted as u32).min(EXACT_TEXELS / rows).clamp(1, 8 * band);
-            done = next;
-            progress(Progress::Exact { done: u64::from(frame) * u64::from(rows) + u64::from(done), of });
-            commands = self.slots[slot].begin()?;
-            self.stamps[slot].reset(commands);
         }
+        let commands = self.slots[slot].begin()?;
+        self.stamps[slot].reset(commands);
         barrier::image(
             &self.device, commands, c"RAW: resolve reads what exact has added",
             &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
