@@ -92,10 +92,12 @@ vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
             vec2 direction = vec2(c * turn.x - s * turn.y, s * turn.x + c * turn.y);
             float rho2 = t < 3 ? sample_radius2(near, t, u) : sample_radius2(far, t - 3, u);
             vec2 at = st + sqrt(rho2) * frame.light_scale.y * direction;
-            vec4 texel = FETCH_NEAREST(moments, at, size);
+            // At the texel's centre, lest the sampler's fixed point choose a neighbour.
+            vec2 center = floor(at) + 0.5;
+            vec4 texel = FETCH_NEAREST(moments, center, size);
             // R_d is taken at the texel's centre, which makes the expectation exactly the
             // sum that `exact` computes. Where nothing is lit, the weight texel.x is 0.
-            vec2 lateral = (floor(at) + 0.5 - st) * frame.light_scale.x;
+            vec2 lateral = (center - st) * frame.light_scale.x;
             float depth = (texel.y / max(texel.x, 1e-20) - q.z) * frame.light_scale.z;
             vec3 value = texel.x * r_d(dot(lateral, lateral) + depth * depth);
             float pdf = dot(weight_near, profile(rho2, near.y_r))

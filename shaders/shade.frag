@@ -37,9 +37,10 @@ float visibility(vec3 p, vec3 n) {
     float sin_i = sqrt(max(0.0, 1.0 - cos_i * cos_i));
     vec3 q = to_light_space(p + n * (frame.light_scale.x * (0.5 + 1.5 * sin_i)));
     int size = textureSize(light_depth, 0).x;
-    vec2 st = q.xy * frame.light_scale.y;
-    vec4 lit = FETCH_GATHER_COMPARE(light_depth, st, size, to_light_depth(q.z));
-    vec2 f = fract(st - 0.5);
+    vec2 st = q.xy * frame.light_scale.y - 0.5;
+    vec2 f = fract(st);
+    // At the corner that the four texels share: the sampler's fixed point must not choose others.
+    vec4 lit = FETCH_GATHER_COMPARE(light_depth, st - f + 1.0, size, to_light_depth(q.z));
     return mix(mix(lit.w, lit.z, f.x), mix(lit.x, lit.y, f.x), f.y);
 }
 

@@ -6,8 +6,8 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 0) out vec3 out_normal;
 
-// The back faces are drawn by the same shader, and shading tests depths for equality
-// with what another pipeline wrote: the arithmetic must not differ.
+// The back faces are drawn by the same shader in another pipeline, and the distance between
+// the two depths is a thickness: the arithmetic must not differ.
 invariant gl_Position;
 
 void main() {

@@ -394,3 +394,57 @@ fn averaging_is_the_mean_of_the_frames() {
     );
     assert!(worst < 1e-6, "{worst}");
 }
+
+/// Two frames in one submit: the layer then checks the barriers between frames, too, and the
+/// device of the test fails on any message. The picture is that of two submits.
+#[test]
+fn frames_do_not_race_with_each_other() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for (multiple, split, keep) in [
+        (Multiple::Samples(8), None, false),
+        (Multiple::Samples(8), Some(Multiple::Brdf), true),
+    ] {
+        let mut plan = device::plan(
+            bumpy(),
+            medium("marble").material(),
+            [60.0, 35.0],
+            [20.0, 10.0],
+            SIZE,
+            multiple,
+        );
+        plan.split = split;
+        plan.specular = true;
+        plan.jitter = Jitter::All;
+        plan.frames_averaged = 2;
+        let mut renderer = Renderer::new(&device.device, &plan, keep, false).expect("a renderer");
+        renderer.render_pair().expect("two frames");
+        let pair = renderer.radiance().expect("radiance");
+        renderer.render(&mut |_| ()).expect("two frames again");
+        assert!(
+            pair == renderer.radiance().expect("radiance"),
+            "another picture"
+        );
+    }
+}
+
+/// Halves of the same method are the whole.
+#[test]
+fn a_split_into_one_method_is_that_method() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = device::plan(
+        bumpy(),
+        medium("marble").material(),
+        [60.0, 35.0],
+        [20.0, 10.0],
+        [40, 30],
+        Multiple::Exact,
+    );
+    plan.light_map = 64;
+    let whole = device::render(&device, &plan);
+    plan.split = Some(Multiple::Exact);
+    assert!(whole == device::render(&device, &plan));
+}

@@ -129,7 +129,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     let format = Format::of(&arguments.output)?;
     let output = Output::check(&arguments.output)?;
     let stats_output = match &arguments.stats {
-        Some(path) if *path == arguments.output => {
+        Some(path) if Output::check(path)?.is(&output) => {
             return Err(Failure::Input(format!(
                 "{}: --stats and --output name the same file; give them different names",
                 path.display()

@@ -8,7 +8,7 @@ use super::geometry::Geometry;
 use super::{PassTime, Progress, Renderer};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger;
-use crate::scene::{Multiple, Plan};
+use crate::scene::{Multiple, Plan, limits};
 
 /// Names a Vulkan loader library in place of the system's.
 const LOADER_VARIABLE: &str = "MARMOR_VULKAN_LOADER";
@@ -132,8 +132,7 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
                 !c.snorm_normals,
                 "no R16G16_SNORM attachment: normals are half floats",
             );
-            note(!c.linear_float, "no linear RGBA32F filter");
-            note(!c.timestamps, "no timestamps: passes are not timed");
+            note(c.timestamp_bits == 0, "no timestamps: passes are not timed");
             DeviceInfo {
                 index: c.index,
                 name: c.name.clone(),
@@ -192,9 +191,21 @@ pub fn render(
         renderer.render_frames(0..1, &mut |_| ())?;
     }
     let wall = renderer.render(progress)?;
+    let radiance = renderer.radiance()?;
+    if let Some(at) = radiance
+        .iter()
+        .position(|pixel| pixel.iter().any(|x| !x.is_finite()))
+    {
+        let (x, y) = (at as u32 % plan.size[0], at as u32 / plan.size[0]);
+        return Err(Error::TooLarge(format!(
+            "{}: pixel ({x}, {y}) is not finite in float32; the material, the light or the unit \
+             is too extreme",
+            plan.scene.name
+        )));
+    }
     Ok(Picture {
         size: plan.size,
-        radiance: renderer.radiance()?,
+        radiance,
         display: renderer.display()?,
         device: device.candidate().name.clone(),
         driver: device.candidate().driver.clone(),
@@ -217,10 +228,11 @@ pub fn render(
 
 /// Refuses, before anything is allocated, what cannot fit.
 fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<(), Error> {
-    let limit = candidate
-        .limits
+    let limits = &candidate.limits;
+    let limit = limits
         .max_image_dimension2_d
-        .min(candidate.limits.max_framebuffer_width);
+        .min(limits.max_framebuffer_width)
+        .min(limits.max_framebuffer_height);
     let largest = plan.size[0].max(plan.size[1]);
     if largest > limit {
         return Err(Error::TooLarge(format!(
@@ -232,6 +244,14 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
         return Err(Error::TooLarge(format!(
             "--light-map {}: {} draws at most {limit} texels a side; lower --light-map",
             plan.light_map, candidate.name
+        )));
+    }
+    let vertices = plan.scene.mesh.positions.len();
+    let most = candidate.limits.max_draw_indexed_index_value;
+    if vertices as u64 > u64::from(most) {
+        return Err(Error::TooLarge(format!(
+            "{}: {vertices} vertices; {} indexes at most {most}; decimate the mesh",
+            plan.scene.name, candidate.name
         )));
     }
     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
@@ -272,18 +292,23 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
     Ok(())
 }
 
-/// Says when the light map is too coarse for the material: a texel should not exceed the
-/// depth of the real source, or the sum over texels no longer resolves R_d.
+/// Says when the light map is too coarse for the material: R_d is then blurred to a texel.
 fn warn_coarse(plan: &Plan, renderer: &Renderer) {
     let material = &plan.scene.material;
     let sigma_t = (material.sigma_s + material.sigma_a).max_element();
     let texel = renderer.light_frame(0).texel;
-    if texel * sigma_t > 1.0 {
-        tracing::warn!(
-            "a light texel of {texel:.3} mm is coarser than the mean free path of {:.3} mm; \
-             --light-map {} resolves it",
-            1.0 / sigma_t,
-            (f64::from(plan.light_map) * texel * sigma_t).ceil()
-        );
+    if texel * sigma_t <= 1.0 {
+        return;
     }
+    let needed = (f64::from(plan.light_map) * texel * sigma_t).ceil();
+    let remedy = if needed <= f64::from(*limits::LIGHT_MAP.end()) {
+        format!("--light-map {needed} resolves it")
+    } else {
+        "no light map resolves it; is the unit right?".to_owned()
+    };
+    tracing::warn!(
+        "a light texel of {texel:.3} mm is coarser than the mean free path of {:.3} mm, so \
+         scattering is blurred to a texel; {remedy}",
+        1.0 / sigma_t,
+    );
 }

@@ -66,6 +66,9 @@ impl Uniforms {
         let material = &plan.scene.material;
         let dipoles =
             [0, 1, 2].map(|c| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta));
+        // `brdf` sums over no texels: it keeps the total of the medium itself.
+        let totals = DVec3::from_array(dipoles.map(|d| d.total()));
+        let dipoles = dipoles.map(|d| d.resolved(light.texel));
         let rgb = |f: fn(&Dipole) -> f64| DVec3::from_array([0, 1, 2].map(|c| f(&dipoles[c])));
         let background = plan
             .background
@@ -95,7 +98,7 @@ impl Uniforms {
             z_r: vec4(rgb(|d| d.z_r), material.roughness),
             z_v: vec4(rgb(|d| d.z_v), plan.exposure),
             alpha_prime: vec4(rgb(|d| d.alpha_prime), 0.0),
-            r_tot: vec4(rgb(Dipole::total), 0.0),
+            r_tot: vec4(totals, 0.0),
             sequence: vec4(sequence.extend(1.0 / (f64::from(done) + 1.0)), 0.0),
             background,
         }

@@ -90,7 +90,7 @@ pub fn render_pass(
     use vk::{AccessFlags as A, PipelineStageFlags as S};
     let tests = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS;
     let dependencies = [
-        // RAW: shading reads the back faces' depth at its own pixel.
+        // RAW: single scattering reads the back faces' depth at its own pixel.
         vk::SubpassDependency::default()
             .src_subpass(BACK)
             .dst_subpass(SHADE)

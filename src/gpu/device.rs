@@ -26,14 +26,12 @@ pub struct Candidate {
     pub api: String,
     /// Size of the largest device-local heap, bytes.
     pub memory: u64,
-    /// Whether its queue can stamp the time.
-    pub timestamps: bool,
+    /// Bits of a timestamp that count; 0 where its queue cannot stamp the time.
+    pub timestamp_bits: u32,
     /// Limits the frame must respect.
     pub limits: vk::PhysicalDeviceLimits,
     /// Whether R16G16_SNORM can be a colour attachment (else R16G16_SFLOAT is used).
     pub snorm_normals: bool,
-    /// Whether RGBA32F textures can be filtered linearly.
-    pub linear_float: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -216,15 +214,11 @@ impl Candidate {
                 .map(|h| h.size)
                 .max()
                 .unwrap_or(0),
-            timestamps: queue_family.is_some_and(|i| queues[i].timestamp_valid_bits > 0),
+            timestamp_bits: queue_family.map_or(0, |i| queues[i].timestamp_valid_bits),
             limits: properties.limits,
             snorm_normals: offers(
                 vk::Format::R16G16_SNORM,
                 F::COLOR_ATTACHMENT | F::SAMPLED_IMAGE | F::TRANSFER_SRC,
-            ),
-            linear_float: offers(
-                vk::Format::R32G32B32A32_SFLOAT,
-                F::SAMPLED_IMAGE_FILTER_LINEAR,
             ),
             lacks,
         }
@@ -235,7 +229,8 @@ impl Candidate {
 /// allocator of its memory. Shared by everything made from it.
 pub struct Device {
     pub(crate) raw: ash::Device,
-    pub(crate) queue: vk::Queue,
+    // Vulkan wants one user of a queue at a time.
+    pub(crate) queue: Mutex<vk::Queue>,
     pub(crate) queue_family: u32,
     // Dropped by hand in `drop`: it must free its blocks before the device goes.
     pub(crate) allocator: ManuallyDrop<Mutex<allocator::Allocator>>,
@@ -255,8 +250,21 @@ impl Device {
             .queue_family_index(candidate.queue_family)
             .queue_priorities(&priorities)];
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true);
+        // A layered implementation says so by this extension, and then wants it enabled.
+        // SAFETY: the candidate comes from this instance.
+        let offered = check("vkEnumerateDeviceExtensionProperties", unsafe {
+            instance
+                .raw
+                .enumerate_device_extension_properties(candidate.physical)
+        })?;
+        let subset = ash::khr::portability_subset::NAME;
+        let layered = offered
+            .iter()
+            .any(|e| e.extension_name_as_c_str().is_ok_and(|name| name == subset));
+        let extensions: &[_] = if layered { &[subset.as_ptr()] } else { &[] };
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queue)
+            .enabled_extension_names(extensions)
             .push_next(&mut features13);
         // SAFETY: the candidate comes from this instance, and offers what is enabled.
         let raw = check("vkCreateDevice", unsafe {
@@ -286,7 +294,7 @@ impl Device {
             .debug_utils
             .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         let device = Arc::new(Device {
-            queue,
+            queue: Mutex::new(queue),
             queue_family: candidate.queue_family,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             debug,
@@ -346,9 +354,13 @@ impl Device {
 
     /// Waits until the queue is idle. For teardown and one-off transfers, never in a frame loop.
     pub(crate) fn wait_for_queue(&self) -> Result<()> {
-        // SAFETY: the queue belongs to this device, whose users hold `&self` one at a time.
+        let queue = self
+            .queue
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        // SAFETY: the queue belongs to this device, and the lock is held.
         check("vkQueueWaitIdle", unsafe {
-            self.raw.queue_wait_idle(self.queue)
+            self.raw.queue_wait_idle(*queue)
         })
     }
 }

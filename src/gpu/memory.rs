@@ -52,7 +52,7 @@ pub(super) fn allocate(
             tracing::debug!("allocating {name}: {error}");
             Error::OutOfMemory {
                 what: name.to_owned(),
-                bytes: requirements.size,
+                bytes: Some(requirements.size),
             }
         })
 }

@@ -35,12 +35,12 @@ pub enum Error {
     #[error("{0}")]
     NoDevice(String),
     /// The device has not enough memory for the named object.
-    #[error("the device is out of memory: {what} needs {bytes} bytes")]
+    #[error("out of memory for {what}{}", .bytes.map(|b| format!(" ({} MiB)", b.div_ceil(1 << 20))).unwrap_or_default())]
     OutOfMemory {
         /// The object that was being allocated.
         what: String,
-        /// Its size in bytes.
-        bytes: u64,
+        /// Its size in bytes, where it is known.
+        bytes: Option<u64>,
     },
     /// The driver lost the device.
     #[error("the driver lost the device during {0}; run again, or choose another with --device")]
@@ -65,7 +65,7 @@ pub(crate) fn check<T>(call: &'static str, result: ash::prelude::VkResult<T>) ->
         vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
             Error::OutOfMemory {
                 what: call.to_owned(),
-                bytes: 0,
+                bytes: None,
             }
         }
         result => Error::Vulkan { call, result },

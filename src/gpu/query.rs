@@ -11,8 +11,9 @@ pub struct Timestamps {
     raw: vk::QueryPool,
     pairs: u32,
     period: f64,
-    // Where the queue has no clock, nothing is stamped and every time is none.
-    supported: bool,
+    // Which bits of a stamp count: none where the queue has no clock, and then nothing is
+    // stamped and every time is none.
+    mask: u64,
     device: Arc<Device>,
 }
 
@@ -31,12 +32,15 @@ impl Timestamps {
         })?;
         device.name(raw, name);
         let period = f64::from(device.candidate().limits.timestamp_period);
-        let supported = device.candidate().timestamps;
+        let mask = match device.candidate().timestamp_bits {
+            64.. => u64::MAX,
+            bits => (1 << bits) - 1,
+        };
         Ok(Timestamps {
             raw,
             pairs,
             period,
-            supported,
+            mask,
             device: Arc::clone(device),
         })
     }
@@ -62,7 +66,7 @@ impl Timestamps {
     }
 
     fn stamp(&self, commands: vk::CommandBuffer, query: u32) {
-        if !self.supported {
+        if self.mask == 0 {
             return;
         }
         // Both ends wait for all earlier work, so that neighbouring pairs do not overlap.
@@ -90,7 +94,7 @@ impl Timestamps {
         };
         let [[start, has_start], [end, has_end]] = data;
         (result.is_ok() && has_start != 0 && has_end != 0)
-            .then(|| end.saturating_sub(start) as f64 * self.period * 1e-6)
+            .then(|| (end.wrapping_sub(start) & self.mask) as f64 * self.period * 1e-6)
     }
 }
 

@@ -90,7 +90,13 @@ impl Slot {
     pub fn submit(&mut self) -> super::Result<()> {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        // SAFETY: the buffer is being recorded, and the fence is signalled and waited for.
+        let queue = self
+            .device
+            .queue
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        // SAFETY: the buffer is being recorded, the fence is signalled and waited for, and the
+        // queue's lock is held.
         unsafe {
             check(
                 "vkEndCommandBuffer",
@@ -99,9 +105,7 @@ impl Slot {
             check("vkResetFences", self.device.raw.reset_fences(&[self.fence]))?;
             check(
                 "vkQueueSubmit2",
-                self.device
-                    .raw
-                    .queue_submit2(self.device.queue, &submit, self.fence),
+                self.device.raw.queue_submit2(*queue, &submit, self.fence),
             )
         }
     }

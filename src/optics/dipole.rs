@@ -42,6 +42,31 @@ impl Dipole {
         }
     }
 
+    /// The dipole as a sum over texels of side `texel` (mm) can resolve it: its real source lies
+    /// a texel deep where it lay higher.
+    ///
+    /// A sum over a lattice of pitch a aliases what is narrower, by e^(-2 pi z_r / a) for the kernel
+    /// z_r / (r^2 + z_r^2)^(3/2) that R_d is near its peak: 0.2 % a neighbour at z_r = a, but visible
+    /// dots below. This blurs by less than a texel instead, in dense media only. The virtual source
+    /// rises by as much as the real one sinks, which keeps the tail, proportional to z_r + z_v, and
+    /// alpha' keeps the energy phi(0). The two meet where z_r + z_v < 2 a; then some dots remain.
+    pub fn resolved(self, texel: f64) -> Self {
+        if self.z_r >= texel {
+            return self;
+        }
+        let both = self.z_r + self.z_v;
+        let z_r = texel.min(0.5 * both);
+        let deeper = Dipole {
+            z_r,
+            z_v: both - z_r,
+            ..self
+        };
+        Dipole {
+            alpha_prime: self.alpha_prime * self.phi(0.0) / deeper.phi(0.0),
+            ..deeper
+        }
+    }
+
     /// Diffuse reflectance R_d (mm^-2) at distance `r` (mm) from the point of entry.
     pub fn r_d(&self, r: f64) -> f64 {
         self.r_d_squared(r * r)
@@ -144,5 +169,43 @@ mod tests {
     fn a_medium_that_does_not_scatter_is_black() {
         let dipole = Dipole::new(0.0, 1.0, 1.3);
         assert_eq!((dipole.total(), dipole.r_d(0.5)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_coarse_map_blurs_but_loses_nothing() {
+        let spectralon = Dipole::new(20.4, 0.0, 1.3);
+        let cream = Dipole::new(7.38, 0.0002, 1.3);
+        for (dipole, texel) in [(spectralon, 0.17), (cream, 0.5)] {
+            let blurred = dipole.resolved(texel);
+            assert!(blurred.z_r > dipole.z_r && blurred.z_r <= texel);
+            assert!((blurred.phi(0.0) / dipole.phi(0.0) - 1.0).abs() < 1e-12);
+            // Beyond some texels it is the same profile.
+            let far = 10.0 * texel;
+            assert!((blurred.phi(far * far) / dipole.phi(far * far) - 1.0).abs() < 0.02);
+            // And a lattice sums it to its energy, wherever the receiver stands: the sum over
+            // 401^2 texels around it, plus what lies beyond.
+            for shift in [0.0, 0.25, 0.5] {
+                let sum = |d: &Dipole| -> f64 {
+                    let at = |i: i32, j: i32| {
+                        let (x, y) = (f64::from(i) + shift, f64::from(j) + shift);
+                        d.r_d_squared((x * x + y * y) * texel * texel)
+                    };
+                    (-200..=200)
+                        .flat_map(|i| (-200..=200).map(move |j| (i, j)))
+                        .map(|(i, j)| at(i, j))
+                        .sum::<f64>()
+                        * texel
+                        * texel
+                };
+                let inside = 200.5 * texel;
+                let beyond = blurred.phi(inside * inside);
+                let error = (sum(&blurred) + beyond) / blurred.phi(0.0) - 1.0;
+                // Poisson summation: the four nearest and four diagonal frequencies of the lattice.
+                let alias = |k: f64| 4.0 * (-std::f64::consts::TAU * k * blurred.z_r / texel).exp();
+                let bound = alias(1.0) + alias(2_f64.sqrt()) + 2e-3;
+                assert!(error.abs() < bound, "shift {shift}: {error}");
+            }
+        }
+        assert_eq!(cream.resolved(0.1), cream);
     }
 }

@@ -56,6 +56,16 @@ impl Output {
         Ok(output)
     }
 
+    /// Whether both name the same file, however they are spelt.
+    pub fn is(&self, other: &Output) -> bool {
+        let place = |output: &Output| {
+            let whole = fs::canonicalize(&output.path).ok();
+            let folder = fs::canonicalize(output.folder()).ok();
+            whole.or_else(|| Some(folder?.join(output.path.file_name()?)))
+        };
+        place(self).is_some_and(|path| Some(path) == place(other))
+    }
+
     /// The file's path.
     pub fn path(&self) -> &Path {
         &self.path

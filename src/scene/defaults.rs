@@ -13,7 +13,7 @@ pub const ETA: f64 = 1.3;
 pub const ROUGHNESS: f64 = 0.3;
 
 /// From which side does the light come? Degrees around +Y from the viewer's side (+Z)
-/// towards +X: beyond 90 it stands behind the object, where transport shows most.
+/// towards +X: from the side, so that forms show, and with them what crosses thin parts.
 pub const LIGHT_AZIMUTH: f64 = 40.0;
 
 /// How high does the light stand above the horizon? Degrees.

@@ -14,6 +14,10 @@ pub const SAMPLES: std::ops::RangeInclusive<u32> = 1..=256;
 pub const LIGHT_MAP: std::ops::RangeInclusive<u32> = 16..=8192;
 /// Frames averaged into a picture.
 pub const FRAMES_AVERAGED: std::ops::RangeInclusive<u32> = 1..=1_000_000;
+/// Largest coefficient, mm^-1: what the device computes in float32 stays finite.
+const SIGMA_MAX: f64 = 1e6;
+/// Largest irradiance, for the same reason.
+const BRIGHT_MAX: f64 = 1e30;
 
 fn whole(value: i64, range: &std::ops::RangeInclusive<u32>) -> Result<u32, String> {
     u32::try_from(value)
@@ -88,12 +92,16 @@ pub fn positive(value: f64) -> Result<f64, String> {
     number(value, value > 0.0, "greater than 0")
 }
 
-/// A finite number of at least 0: irradiance.
+/// A number in [0, 1e30]: irradiance. The device computes in float32.
 ///
 /// # Errors
 /// The phrase that names the range.
 pub fn non_negative(value: f64) -> Result<f64, String> {
-    number(value, value >= 0.0, "0 or greater")
+    number(
+        value,
+        (0.0..=BRIGHT_MAX).contains(&value),
+        "0 or greater, and at most 1e30",
+    )
 }
 
 /// Any finite number: azimuths, degrees.
@@ -144,33 +152,45 @@ pub fn roughness(value: f64) -> Result<f64, String> {
     )
 }
 
-/// Reduced scattering coefficients, each above 0, mm^-1.
+/// Reduced scattering coefficients, each in [1e-6, 1e6] mm^-1.
 ///
 /// # Errors
 /// The phrase that names the coefficient at fault.
 pub fn sigma_s(value: DVec3) -> Result<DVec3, String> {
     each(value, |v| {
-        number(v, v > 0.0, "greater than 0 mm^-1 in every channel")
+        number(
+            v,
+            v > 0.0 && (1e-6..=SIGMA_MAX).contains(&v),
+            "greater than 0 mm^-1 (from 1e-6 to 1e6) in every channel",
+        )
     })
 }
 
-/// Absorption coefficients, each at least 0, mm^-1.
+/// Absorption coefficients, each in [0, 1e6] mm^-1.
 ///
 /// # Errors
 /// The phrase that names the coefficient at fault.
 pub fn sigma_a(value: DVec3) -> Result<DVec3, String> {
     each(value, |v| {
-        number(v, v >= 0.0, "0 mm^-1 or greater in every channel")
+        number(
+            v,
+            (0.0..=SIGMA_MAX).contains(&v),
+            "0 mm^-1 or greater (and at most 1e6) in every channel",
+        )
     })
 }
 
-/// Linear RGB, each channel at least 0.
+/// Linear RGB, each channel in [0, 1e6].
 ///
 /// # Errors
 /// The phrase that names the channel at fault.
 pub fn color(value: DVec3) -> Result<DVec3, String> {
     each(value, |v| {
-        number(v, v >= 0.0, "0 or greater in every channel")
+        number(
+            v,
+            (0.0..=1e6).contains(&v),
+            "0 or greater, and at most 1e6, in every channel",
+        )
     })
 }
 

@@ -38,8 +38,10 @@ pub struct Receiver {
 /// What every pixel is shaded with.
 #[derive(Clone, Debug)]
 pub struct Shading<'a> {
-    /// Profiles of the three colour channels.
+    /// Profiles of the three colour channels, as the map resolves them.
     pub dipoles: [Dipole; 3],
+    /// Total diffuse reflectance R_tot per channel, of the medium itself.
+    pub totals: DVec3,
     /// Relative index of refraction.
     pub eta: f64,
     /// GGX roughness of the boundary, in (0, 1].
@@ -68,7 +70,8 @@ impl<'a> Shading<'a> {
     ) -> Self {
         let dipole = |c: usize| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta);
         Shading {
-            dipoles: [dipole(0), dipole(1), dipole(2)],
+            dipoles: [dipole(0), dipole(1), dipole(2)].map(|d| d.resolved(map.frame.texel)),
+            totals: DVec3::from_array([dipole(0), dipole(1), dipole(2)].map(|d| d.total())),
             eta: material.eta,
             roughness: material.roughness,
             irradiance: light.perpendicular_irradiance(),

@@ -34,8 +34,7 @@ pub fn brdf(shading: &Shading, receiver: &Receiver) -> DVec3 {
     let cos = receiver.n.dot(shading.map.frame.to_light).max(0.0);
     let entering = fresnel::transmittance(cos, shading.eta) * cos;
     let lit = visibility(shading.map, receiver.p, receiver.n);
-    let total = DVec3::from_array(shading.dipoles.map(|d| d.total()));
-    shading.irradiance * total * (entering * lit)
+    shading.irradiance * shading.totals * (entering * lit)
 }
 
 /// M as the sum over every lit texel t: E0 sum_t a w_t R_d(|p - x_t|), a the area of a texel.
