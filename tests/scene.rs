@@ -115,3 +115,33 @@ fn the_documented_schema_is_the_schema() {
         assert!(document.contains(name), "{name}");
     }
 }
+
+#[test]
+fn the_documented_defaults_are_the_defaults() {
+    use marmor::scene::defaults as d;
+    let document = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene.md"));
+    let default = |section: &str, key: &str| -> f64 {
+        let (_, rest) = document
+            .split_once(&format!("## `[{section}]`"))
+            .expect("the section");
+        let rest = rest.split("\n## ").next().expect("its text");
+        let row = rest
+            .lines()
+            .find(|line| line.starts_with(&format!("| `{key}` |")))
+            .unwrap_or_else(|| panic!("[{section}] has no {key}"));
+        let cell = row.trim_end_matches([' ', '|']).rsplit('|').next();
+        cell.expect("a last cell").trim().parse().expect("a number")
+    };
+    for (section, key, value) in [
+        ("light", "azimuth", d::LIGHT_AZIMUTH),
+        ("light", "elevation", d::LIGHT_ELEVATION),
+        ("camera", "azimuth", d::CAMERA_AZIMUTH),
+        ("camera", "elevation", d::CAMERA_ELEVATION),
+        ("camera", "fov", d::CAMERA_FOV),
+        ("method", "samples", f64::from(d::SAMPLES)),
+        ("method", "light_map", f64::from(d::LIGHT_MAP)),
+        ("method", "frames_averaged", f64::from(d::FRAMES_AVERAGED)),
+    ] {
+        assert_eq!(default(section, key), value, "[{section}] {key}");
+    }
+}

@@ -37,14 +37,15 @@ impl Bar {
         if of <= 1 {
             return;
         }
+        self.bar.set_message(what);
+        self.bar.set_length(of);
+        self.bar.set_position(done);
+        // Last, since it draws: an empty bar says nothing.
         if !self.shown {
             // Draws nothing where stderr is no terminal.
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
             self.shown = true;
         }
-        self.bar.set_message(what);
-        self.bar.set_length(of);
-        self.bar.set_position(done);
     }
 
     pub(super) fn clear(&self) {
