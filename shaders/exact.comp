@@ -31,7 +31,7 @@ void main() {
     int columns = textureSize(moments, 0).x;
 
     vec3 wo = normalize(frame.eye.xyz - p);
-    vec3 scale = fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), frame.sigma_tr.w) / PI
+    vec3 scale = leaving(n, wo, frame.sigma_tr.w)
                * frame.irradiance.rgb * frame.irradiance.w;
     vec4 value = FETCH_IMAGE(radiance, pixel);
     for (int j = band.rows.x; j < band.rows.y; ++j) {

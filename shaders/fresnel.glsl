@@ -13,3 +13,13 @@ float fresnel_reflectance(float cos_i, float eta) {
 float fresnel_transmittance(float cos_i, float eta) {
     return 1.0 - fresnel_reflectance(cos_i, eta);
 }
+
+// Interpolated normals may turn away from the camera where the triangle does not. How grazing
+// may light leave? The clamp touches the outer 2 % of a sphere's radius, and spares it the
+// black rim that Ft(0) = 0 would draw.
+const float MIN_COS_OUT = 0.2;
+
+// Radiance towards `wo` of one unit of radiant exitance below the boundary: Ft / pi.
+float leaving(vec3 n, vec3 wo, float eta) {
+    return fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), eta) / PI;
+}

@@ -53,8 +53,7 @@ void main() {
 
     float lit = 1.0;
     if (NEEDS_VISIBILITY) lit = visibility(p, n);
-    vec3 radiance = fresnel_transmittance(max(dot(n, wo), MIN_COS_OUT), frame.sigma_tr.w) / PI
-                  * multiple_scattering(p, n, lit);
+    vec3 radiance = leaving(n, wo, frame.sigma_tr.w) * multiple_scattering(p, n, lit);
     if (SPECULAR) {
         vec3 wi = -frame.light_z.xyz;
         float value = ggx(n, wo, wi, frame.z_r.w, frame.sigma_tr.w);

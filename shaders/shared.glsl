@@ -52,11 +52,6 @@ vec3 position(vec2 xy, float depth) {
     return frame.eye.xyz + ray * axial(depth);
 }
 
-// Interpolated normals may turn away from the camera where the triangle does not. How grazing
-// may light leave? The clamp touches the outer 2 % of a sphere's radius, and spares it the
-// black rim that Ft(0) = 0 would draw.
-const float MIN_COS_OUT = 0.2;
-
 // Unit vector to the octahedron folded onto [-1, 1]^2 (Cigolle et al. 2014), and back.
 vec2 encode_normal(vec3 n) {
     n.xy /= abs(n.x) + abs(n.y) + abs(n.z);

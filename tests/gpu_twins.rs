@@ -16,6 +16,18 @@ fn bumpy() -> Mesh {
     shapes::bumpy(20.0, 5)
 }
 
+/// The bumpy sphere in marble, lit from (azimuth, elevation), by `multiple`.
+fn marble(light: [f64; 2], multiple: Multiple) -> Plan {
+    device::plan(
+        bumpy(),
+        medium("marble").material(),
+        light,
+        [20.0, 10.0],
+        SIZE,
+        multiple,
+    )
+}
+
 fn rendered(device: &TestDevice, plan: &Plan) -> Renderer {
     let mut renderer = Renderer::new(&device.device, plan, true, false).expect("a renderer");
     renderer.render(&mut |_| ()).expect("a picture");
@@ -141,14 +153,7 @@ fn g_buffer() {
     let Some(device) = device::device() else {
         return;
     };
-    let mut plan = device::plan(
-        bumpy(),
-        medium("marble").material(),
-        [140.0, 25.0],
-        [20.0, 10.0],
-        SIZE,
-        Multiple::None,
-    );
+    let mut plan = marble([140.0, 25.0], Multiple::None);
     plan.jitter = Jitter::All;
     let mut renderer = rendered(&device, &plan);
     let gpu = device::gbuffer(&mut renderer, SIZE);
@@ -253,14 +258,7 @@ fn brdf_and_specular() {
     let Some(device) = device::device() else {
         return;
     };
-    let mut plan = device::plan(
-        bumpy(),
-        medium("marble").material(),
-        [60.0, 35.0],
-        [20.0, 10.0],
-        SIZE,
-        Multiple::Brdf,
-    );
+    let mut plan = marble([60.0, 35.0], Multiple::Brdf);
     plan.specular = true;
     let (twin, gpu) = compare_shading(&device, &plan);
     // The tap's weights have 8 bits on most devices, and a comparison may fall on either
@@ -332,14 +330,7 @@ fn resolve() {
         return;
     };
     for background in [None, Some([0.1, 0.02, 0.3])] {
-        let mut plan = device::plan(
-            bumpy(),
-            medium("marble").material(),
-            [60.0, 35.0],
-            [20.0, 10.0],
-            SIZE,
-            Multiple::Brdf,
-        );
+        let mut plan = marble([60.0, 35.0], Multiple::Brdf);
         plan.frames_averaged = 5;
         plan.jitter = Jitter::All;
         plan.exposure = 1.7;
@@ -366,14 +357,7 @@ fn averaging_is_the_mean_of_the_frames() {
     let Some(device) = device::device() else {
         return;
     };
-    let mut plan = device::plan(
-        bumpy(),
-        medium("marble").material(),
-        [60.0, 35.0],
-        [20.0, 10.0],
-        SIZE,
-        Multiple::Samples(8),
-    );
+    let mut plan = marble([60.0, 35.0], Multiple::Samples(8));
     plan.jitter = Jitter::All;
     let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("a renderer");
     let mut mean = vec![[0.0; 4]; (SIZE[0] * SIZE[1]) as usize];
@@ -406,14 +390,7 @@ fn frames_do_not_race_with_each_other() {
         (Multiple::Samples(8), None, false),
         (Multiple::Samples(8), Some(Multiple::Brdf), true),
     ] {
-        let mut plan = device::plan(
-            bumpy(),
-            medium("marble").material(),
-            [60.0, 35.0],
-            [20.0, 10.0],
-            SIZE,
-            multiple,
-        );
+        let mut plan = marble([60.0, 35.0], multiple);
         plan.split = split;
         plan.specular = true;
         plan.jitter = Jitter::All;

@@ -128,16 +128,13 @@ pub(super) struct Arguments {
 pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
     let format = Format::of(&arguments.output)?;
     let output = Output::check(&arguments.output)?;
-    let stats_output = match &arguments.stats {
-        Some(path) if Output::check(path)?.is(&output) => {
-            return Err(Failure::Input(format!(
-                "{}: --stats and --output name the same file; give them different names",
-                path.display()
-            )));
-        }
-        Some(path) => Some(Output::check(path)?),
-        None => None,
-    };
+    let stats_output = arguments.stats.as_deref().map(Output::check).transpose()?;
+    if let Some(stats) = stats_output.as_ref().filter(|stats| stats.is(&output)) {
+        return Err(Failure::Input(format!(
+            "{}: --stats and --output name the same file; give them different names",
+            stats.path().display()
+        )));
+    }
     let plan = plan(arguments)?;
 
     let mut bar = Bar::new(global.quiet);

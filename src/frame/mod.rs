@@ -310,8 +310,7 @@ impl Renderer {
             self.collect(slot)?;
             self.write_uniforms(slot, index, done)?;
 
-            let mut commands = self.slots[slot].begin()?;
-            self.stamps[slot].reset(commands);
+            let mut commands = self.start(slot)?;
             self.record_scene(commands, slot);
             if self.exact.is_some() {
                 commands = self.sum_exact(slot, done, progress)?;
@@ -320,8 +319,7 @@ impl Renderer {
             if done + 1 == frames {
                 self.record_readback(commands, slot);
             }
-            self.slots[slot].submit()?;
-            self.pending[slot] = true;
+            self.submit(slot)?;
             progress(Progress::Frame {
                 done: done + 1,
                 of: frames,
@@ -464,8 +462,7 @@ impl Renderer {
         frame: u32,
         progress: &mut dyn FnMut(Progress),
     ) -> gpu::Result<vk::CommandBuffer> {
-        self.slots[slot].submit()?;
-        self.pending[slot] = true;
+        self.submit(slot)?;
         self.collect(slot)?;
 
         let (rows, [width, height]) = (self.plan.light_map, self.plan.size);
@@ -480,8 +477,7 @@ impl Renderer {
             let mut done = 0;
             while done < rows {
                 let next = (done + band).min(rows);
-                let commands = self.slots[slot].begin()?;
-                self.stamps[slot].reset(commands);
+                let commands = self.start(slot)?;
                 barrier::image(
                     &self.device, commands, c"RAW, WAW: each band adds to the one before",
                     &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
@@ -492,8 +488,7 @@ impl Renderer {
                     exact.record(commands, slot, [done, next], lines);
                 }
                 self.end(commands, slot, EXACT);
-                self.slots[slot].submit()?;
-                self.pending[slot] = true;
+                self.submit(slot)?;
                 self.collect(slot)?;
                 let seconds = start.elapsed().as_secs_f64() / f64::from(next - done);
                 // At most eightfold, lest the first measurement was of a device half asleep.
@@ -504,8 +499,7 @@ impl Renderer {
                 progress(Progress::Exact { done: finished, of: units * u64::from(self.frames) });
             }
         }
-        let commands = self.slots[slot].begin()?;
-        self.stamps[slot].reset(commands);
+        let commands = self.start(slot)?;
         barrier::image(
             &self.device, commands, c"RAW: resolve reads what exact has added",
             &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
@@ -547,6 +541,20 @@ impl Renderer {
         submit::record_readback(&self.device, commands, &canvas.mean, &self.mean_readback);
         submit::record_readback(&self.device, commands, &canvas.display, &self.display_readback);
         self.end(commands, slot, READBACK);
+    }
+
+    /// Starts recording on a slot that the device is done with, its stamps forgotten.
+    fn start(&mut self, slot: usize) -> gpu::Result<vk::CommandBuffer> {
+        let commands = self.slots[slot].begin()?;
+        self.stamps[slot].reset(commands);
+        Ok(commands)
+    }
+
+    /// Submits what the slot has recorded; its times are pending until [`Renderer::collect`].
+    fn submit(&mut self, slot: usize) -> gpu::Result<()> {
+        self.slots[slot].submit()?;
+        self.pending[slot] = true;
+        Ok(())
     }
 
     /// Opens a pass: label and timestamp.

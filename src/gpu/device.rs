@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, vk};
 use gpu_allocator::vulkan as allocator;
 
-use super::{Error, Instance, Result, check};
+use super::{Error, Instance, Result, check, lock};
 
 /// A physical device, and what it offers of what is needed.
 #[derive(Clone, Debug)]
@@ -354,10 +354,7 @@ impl Device {
 
     /// Waits until the queue is idle. For teardown and one-off transfers, never in a frame loop.
     pub(crate) fn wait_for_queue(&self) -> Result<()> {
-        let queue = self
-            .queue
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        let queue = lock(&self.queue);
         // SAFETY: the queue belongs to this device, and the lock is held.
         check("vkQueueWaitIdle", unsafe {
             self.raw.queue_wait_idle(*queue)

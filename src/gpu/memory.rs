@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::*};
 
-use super::{Device, Error, Result, check};
+use super::{Device, Error, Result, check, lock};
 
 /// Where a buffer lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,10 +36,7 @@ pub(super) fn allocate(
     location: MemoryLocation,
     linear: bool,
 ) -> Result<Allocation> {
-    let mut allocator = device
-        .allocator
-        .lock()
-        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut allocator = lock(&device.allocator);
     allocator
         .allocate(&AllocationCreateDesc {
             name,
@@ -59,10 +56,7 @@ pub(super) fn allocate(
 
 /// Gives memory back.
 pub(super) fn free(device: &Device, allocation: Allocation) {
-    let mut allocator = device
-        .allocator
-        .lock()
-        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut allocator = lock(&device.allocator);
     if let Err(error) = allocator.free(allocation) {
         tracing::error!("freeing device memory: {error}");
     }

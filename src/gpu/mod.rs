@@ -58,6 +58,14 @@ pub enum Error {
 /// A result of this layer.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// Locks `mutex`. A thread that panicked with it held leaves what Vulkan handles allow: nothing
+/// half-changed, so its poison is of no matter.
+pub(crate) fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
 /// Turns the result of the Vulkan function `call` into ours.
 pub(crate) fn check<T>(call: &'static str, result: ash::prelude::VkResult<T>) -> Result<T> {
     result.map_err(|result| match result {

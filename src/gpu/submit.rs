@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Buffer, Device, Image, Location, Use, barrier, check};
+use super::{Buffer, Device, Image, Location, Use, barrier, check, lock};
 
 /// A command buffer and the fence that says when the device is done with it.
 ///
@@ -90,11 +90,7 @@ impl Slot {
     pub fn submit(&mut self) -> super::Result<()> {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        let queue = self
-            .device
-            .queue
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        let queue = lock(&self.device.queue);
         // SAFETY: the buffer is being recorded, the fence is signalled and waited for, and the
         // queue's lock is held.
         unsafe {
