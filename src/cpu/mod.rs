@@ -4,6 +4,7 @@
 
 pub mod light;
 pub mod raster;
+pub mod reduce;
 pub mod resolve;
 pub mod shade;
 pub mod view;

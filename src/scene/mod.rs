@@ -18,6 +18,7 @@ pub mod names;
 pub mod obj;
 pub mod plan;
 pub mod preset;
+pub mod pyramid;
 pub mod request;
 
 pub use bundled::Bundled;
