@@ -28,7 +28,7 @@ void main() {
     vec3 p = position(vec2(pixel) + 0.5, depth);
     vec3 n = decode_normal(FETCH_TEXEL(view_normal, pixel).xy);
     vec3 q = to_light_space(p);
-    int columns = textureSize(moments, 0).x;
+    int columns = int(frame.map.x);
 
     vec3 wo = normalize(frame.eye.xyz - p);
     vec3 scale = leaving(n, wo, frame.sigma_tr.w)

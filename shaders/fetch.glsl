@@ -4,8 +4,26 @@
 // One texel, by integer coordinates. Out-of-range coordinates are the caller's bug.
 #define FETCH_TEXEL(tex, ij) texelFetch(tex, ij, 0)
 
-// The nearest texel, or the border, at texel coordinates `st` of a map of `size` texels a side.
-#define FETCH_NEAREST(tex, st, size) textureLod(tex, (st) / float(size), 0.0)
+// The nearest texel, or the border, at texel coordinates `st` of a texture of `size` texels.
+#define FETCH_NEAREST(tex, st, size) textureLod(tex, (st) / vec2(size), 0.0)
+
+// Bilinear tap at texel coordinates `st` of a texture of `size` texels: texel (i, j) has its centre
+// at (i + 1/2, j + 1/2). NO_LINEAR is for devices that cannot filter the texture's format, and has
+// a sampler of the nearest texel.
+#ifdef NO_LINEAR
+vec4 fetch_linear(sampler2D tex, vec2 st, vec2 size) {
+    vec2 f = fract(st - 0.5);
+    vec2 corner = st - f;
+    vec4 low = mix(FETCH_NEAREST(tex, corner, size),
+                   FETCH_NEAREST(tex, corner + vec2(1.0, 0.0), size), f.x);
+    vec4 high = mix(FETCH_NEAREST(tex, corner + vec2(0.0, 1.0), size),
+                    FETCH_NEAREST(tex, corner + vec2(1.0, 1.0), size), f.x);
+    return mix(low, high, f.y);
+}
+#define FETCH_LINEAR(tex, st, size) fetch_linear(tex, st, vec2(size))
+#else
+#define FETCH_LINEAR(tex, st, size) textureLod(tex, (st) / vec2(size), 0.0)
+#endif
 
 // For each of the 2x2 texels around `st`, whether it is at least as deep as `reference`: x and y
 // in the higher row, w and z in the lower, from left to right.

@@ -64,7 +64,7 @@ float sample_radius2(Gap g, int c, float u) {
 vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
     vec3 q = to_light_space(p);
     vec2 st = q.xy * frame.light_scale.y;
-    int size = textureSize(moments, 0).x;
+    vec2 size = vec2(textureSize(moments, 0));
 
     // The gap between the receiver and the lit surface above it.
     vec4 m = FETCH_NEAREST(moments, st, size);
@@ -93,7 +93,8 @@ vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
             float rho2 = t < 3 ? sample_radius2(near, t, u) : sample_radius2(far, t - 3, u);
             vec2 at = st + sqrt(rho2) * frame.light_scale.y * direction;
             // At the texel's centre, lest the sampler's fixed point choose a neighbour.
-            vec2 center = floor(at) + 0.5;
+            // A read beyond the map meets the zeros beside it, and none of the pyramid's levels.
+            vec2 center = clamp(floor(at) + 0.5, -0.5, frame.map.x + 0.5);
             vec4 texel = FETCH_NEAREST(moments, center, size);
             // R_d is taken at the texel's centre, which makes the expectation exactly the
             // sum that `exact` computes. Where nothing is lit, the weight texel.x is 0.

@@ -16,6 +16,7 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 light_v;        // unit axis of the map's rows; w: minus the map's corner
     vec4 light_z;        // unit axis away from the light; w: minus the middle depth
     vec4 light_scale;    // texel, 1 / texel, half depth range, 1 / half depth range
+    vec4 map;            // side of the map in texels, 1 / columns and 1 / rows of its image
     vec4 irradiance;     // E0 per channel; w: area of a light texel, mm^2
     vec4 sigma_tr;       // effective transport coefficient per channel; w: eta
     vec4 z_r;            // depth of the real source per channel; w: GGX alpha

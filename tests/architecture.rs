@@ -116,7 +116,7 @@ fn layers_import_downwards_only() {
 /// `frame/mod.rs` joins the passes; they know targets and tools, not each other.
 #[test]
 fn passes_do_not_import_each_other() {
-    let passes = ["light", "view", "shade", "exact", "resolve"];
+    let passes = ["light", "reduce", "view", "shade", "exact", "resolve"];
     for pass in passes {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/frame/{pass}.rs"));
         let text = code(&fs::read_to_string(path).expect("a pass"));

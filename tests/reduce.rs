@@ -1,10 +1,19 @@
-//! The reduce pass: the twin's filters are what they say.
+//! The reduce pass: the twin's filters are what they say, and the device's are the twin's.
 
 mod common;
 
+use std::ops::RangeInclusive;
+
+use common::device::{self, TestDevice};
+use common::media::medium;
 use common::random::Random;
+use common::shapes;
 use glam::DVec2;
 use marmor::cpu::reduce::{self, Level};
+use marmor::frame::targets::PyramidDesc;
+use marmor::frame::{Renderer, Target, reduce_alone};
+use marmor::scene::pyramid::Atlas;
+use marmor::scene::{Jitter, Multiple, Plan};
 
 /// Texels of premultiplied depth moments up to the fourth; a third of them are empty.
 fn moments(size: [u32; 2], seed: u64) -> Vec<[f64; 5]> {
@@ -123,4 +132,224 @@ fn taps_interpolate() {
     }
     assert_eq!(level.tap(center(-9, 0)), [0.0; 5]);
     assert_eq!(level.tap(center(3, 900)), [0.0; 5]);
+}
+
+/// Compares a whole image of the device with the levels that the twin has in it, and 0 everywhere
+/// else; `tolerance` relative to the largest value of the twin's.
+fn compare(
+    what: &str,
+    atlas: &Atlas,
+    image: &[[f32; 5]],
+    levels: &[(u32, Level<5>)],
+    tolerance: f64,
+) {
+    let width = atlas.size[0] as usize;
+    let mut expected = vec![([0.0; 5], 0.0); image.len()];
+    for (level, twin) in levels {
+        let content = atlas.content(*level);
+        let interior = atlas.places[*level as usize];
+        let values = twin.texels.iter().flatten();
+        let largest = values.fold(0.0, |a: f64, &b| a.max(b.abs()));
+        for y in content.origin[1]..content.origin[1] + content.size[1] {
+            for x in content.origin[0]..content.origin[0] + content.size[0] {
+                let i = i64::from(x) - i64::from(interior.origin[0]);
+                let j = i64::from(y) - i64::from(interior.origin[1]);
+                let at = y as usize * width + x as usize;
+                expected[at] = (twin.at(i, j), tolerance * largest);
+            }
+        }
+    }
+    let (mut worst, mut place) = (0.0_f64, 0);
+    for (at, (gpu, (twin, allowed))) in image.iter().zip(&expected).enumerate() {
+        for (gpu, twin) in gpu.iter().zip(twin) {
+            let off = (f64::from(*gpu) - twin).abs();
+            // What must be 0 is 0, and no number passes for one that is none.
+            let relative = if off == 0.0 { 0.0 } else { off / allowed };
+            if relative.is_nan() || relative > worst {
+                (worst, place) = (relative, at);
+            }
+        }
+    }
+    assert!(
+        worst <= 1.0,
+        "{what}: texel ({}, {}) of {:?} is off by {worst} times what is allowed",
+        place % width,
+        place / width,
+        atlas.size
+    );
+}
+
+/// Runs the pass on the device and compares pyramid and smoothed levels with the twin.
+fn check(
+    device: &TestDevice,
+    size: [u32; 2],
+    levels: RangeInclusive<u32>,
+    fourth: bool,
+    linear: bool,
+    tolerance: f64,
+) {
+    let what = format!("{size:?}, levels {levels:?}, fourth {fourth}, linear {linear}");
+    let mut texels = moments(size, 11);
+    if !fourth {
+        texels.iter_mut().for_each(|m| m[4] = 0.0);
+    }
+    let four: Vec<[f32; 4]> = texels
+        .iter()
+        .map(|m| [0, 1, 2, 3].map(|k| m[k] as f32))
+        .collect();
+    let fifth: Vec<f32> = texels.iter().map(|m| m[4] as f32).collect();
+    let fifth = fourth.then_some(&fifth[..]);
+    // Twice in one submit: the layer sees what may race between frames, and the second run
+    // finds what the first has left.
+    let made = reduce_alone(
+        &device.device,
+        size,
+        &four,
+        fifth,
+        levels.clone(),
+        linear,
+        2,
+    )
+    .expect("a reduction");
+    let twin = reduce::pyramid(Level::base(size, &texels), levels.end() + 1);
+    let all: Vec<_> = (0..).zip(twin).collect();
+    compare(
+        &format!("pyramid of {what}"),
+        &made.atlas,
+        &made.moments,
+        &all,
+        tolerance,
+    );
+    let smoothed: Vec<_> = all
+        .iter()
+        .filter(|(k, _)| levels.contains(k))
+        .map(|(k, level)| (*k, reduce::smooth(level)))
+        .collect();
+    compare(
+        &format!("smoothed {what}"),
+        &made.atlas,
+        &made.smoothed,
+        &smoothed,
+        tolerance,
+    );
+}
+
+/// Each level rounds sums of 16 terms once more: half an ulp (6e-8) a level and a few within one,
+/// of errors that mostly cancel, over ten levels and the smoothing.
+const ROUNDING: f64 = 1e-6;
+
+#[test]
+fn levels_are_the_twins_by_nearest_taps() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for (size, levels, fourth) in [
+        ([512, 512], 0..=9, false),
+        ([128, 32], 1..=7, true),
+        ([37, 53], 0..=5, true),
+        ([37, 53], 1..=3, false),
+        ([1, 64], 0..=6, false),
+        ([64, 1], 0..=13, true),
+        ([300, 300], 1..=8, false),
+        ([16, 16], 0..=0, true),
+        ([1, 1], 0..=1, false),
+    ] {
+        check(&device, size, levels, fourth, false, ROUNDING);
+    }
+}
+
+#[test]
+fn levels_are_the_twins_by_bilinear_taps() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    if !device.device.candidate().linear_floats {
+        eprintln!("skipped: the device does not filter 32-bit floats");
+        return;
+    }
+    // Taps at quarters of a texel: their weights are exact in 8 bits. Where both sides are powers
+    // of two, so are their coordinates; elsewhere a coordinate of up to 512 texels is rounded in
+    // float32 by division and product, to 2 x 512 x 6e-8 = 6e-5 of a texel, which moves a weight
+    // by as much, or by a step of 1/256 where the device then rounds it the other way.
+    let weights = 1.0 / 256.0;
+    for (size, levels, fourth, tolerance) in [
+        ([512, 512], 0..=9, false, ROUNDING),
+        ([512, 512], 1..=9, true, ROUNDING),
+        ([128, 32], 0..=7, true, ROUNDING),
+        ([1, 64], 0..=6, false, ROUNDING),
+        ([37, 53], 0..=5, true, 2.0 * weights),
+        ([300, 300], 1..=8, false, 2.0 * weights),
+    ] {
+        check(&device, size, levels, fourth, true, tolerance);
+    }
+}
+
+/// A frame with a pyramid: its levels are the twin's of what the light pass drew, its picture is
+/// that of a frame without, and two frames in one submit do not race.
+#[test]
+fn a_frame_reduces_what_its_light_pass_drew() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let plan = |multiple| {
+        let mut plan = device::plan(
+            shapes::bumpy(20.0, 5),
+            medium("marble").material(),
+            [140.0, 25.0],
+            [20.0, 10.0],
+            [96, 72],
+            multiple,
+        );
+        plan.jitter = Jitter::All;
+        plan.frames_averaged = 2;
+        plan
+    };
+    let desc = PyramidDesc {
+        levels: 1..=7,
+        fourth: false,
+        linear: true,
+    };
+    let new = |plan: &Plan, pyramid: Option<PyramidDesc>| {
+        Renderer::with_pyramid(&device.device, plan, false, false, pyramid).expect("a renderer")
+    };
+    for multiple in [Multiple::Samples(12), Multiple::Exact] {
+        let plan = plan(multiple);
+        let mut flat = new(&plan, None);
+        flat.render(&mut |_| ()).expect("a picture");
+        let mut renderer = new(&plan, Some(desc.clone()));
+        renderer.render(&mut |_| ()).expect("a picture");
+        let picture = flat.radiance().expect("radiance");
+        assert!(
+            picture == renderer.radiance().expect("radiance"),
+            "{multiple:?}: another picture"
+        );
+
+        let side = plan.light_map;
+        let mut read = |target| renderer.read(target).expect("an image");
+        let drawn: Vec<_> = read(Target::LightMoments)
+            .iter()
+            .map(|m| [m[0], m[1], m[2], m[3], 0.0].map(f64::from))
+            .collect();
+        assert!(drawn.iter().any(|m| m[0] > 0.5), "nothing is lit");
+        let wide = |image: Vec<[f32; 4]>| -> Vec<[f32; 5]> {
+            let wide = |m: &[f32; 4]| [m[0], m[1], m[2], m[3], 0.0];
+            image.iter().map(wide).collect()
+        };
+        let atlas = Atlas::new([side, side], 8);
+        let twin = reduce::pyramid(Level::base([side, side], &drawn), 8);
+        let all: Vec<_> = (0..).zip(twin).collect();
+        let pyramid = wide(read(Target::LightPyramid));
+        compare("pyramid", &atlas, &pyramid, &all, ROUNDING);
+        let smoothed: Vec<_> = all[1..]
+            .iter()
+            .map(|(k, level)| (*k, reduce::smooth(level)))
+            .collect();
+        let image = wide(read(Target::LightSmoothed));
+        compare("smoothed", &atlas, &image, &smoothed, ROUNDING);
+
+        if multiple != Multiple::Exact {
+            renderer.render_pair().expect("two frames");
+            assert!(picture == renderer.radiance().expect("radiance"));
+        }
+    }
 }

@@ -45,6 +45,7 @@ fn offsets_agree() {
         offset_of!(Uniforms, light_v),
         offset_of!(Uniforms, light_z),
         offset_of!(Uniforms, light_scale),
+        offset_of!(Uniforms, map),
         offset_of!(Uniforms, irradiance),
         offset_of!(Uniforms, sigma_tr),
         offset_of!(Uniforms, z_r),
@@ -56,5 +57,5 @@ fn offsets_agree() {
     ]
     .map(|offset| offset as u32);
     assert_eq!(offsets, mirror);
-    assert_eq!(size_of::<Uniforms>(), mirror[17] as usize + 16);
+    assert_eq!(size_of::<Uniforms>(), mirror[18] as usize + 16);
 }

@@ -12,6 +12,10 @@ pub enum Target {
     LightDepth,
     /// T0 moments of the light map.
     LightMoments,
+    /// The whole image of the light moments: T0 at its corner, and the levels of its pyramid.
+    LightPyramid,
+    /// The pyramid smoothed; without a pyramid as [`Target::LightPyramid`].
+    LightSmoothed,
     /// D32 depth of the nearest back face.
     BackDepth,
     /// D32 depth of the view.
@@ -34,7 +38,14 @@ impl Renderer {
         let exact = self.exact.is_some();
         let (image, state): (&Image, Use) = match target {
             Target::LightDepth => (&self.map.depth, Use::FRAGMENT_SAMPLE_DEPTH),
-            Target::LightMoments => (&self.map.moments, Use::FRAGMENT_SAMPLE),
+            Target::LightMoments | Target::LightPyramid => {
+                (&self.map.moments, Use::FRAGMENT_SAMPLE)
+            }
+            Target::LightSmoothed => {
+                let pyramid = self.map.pyramid.as_ref();
+                let image = pyramid.map_or(&self.map.moments, |p| &p.smoothed);
+                (image, Use::FRAGMENT_SAMPLE)
+            }
             Target::BackDepth => (
                 &self.gbuffer.back,
                 Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
@@ -86,7 +97,7 @@ impl Renderer {
         slot.wait()?;
         let data = buffer.read()?;
         let pair = |c: &[u8; 4]| [[c[0], c[1]], [c[2], c[3]]];
-        Ok(match image.format() {
+        let mut texels: Vec<[f32; 4]> = match image.format() {
             vk::Format::R32G32B32A32_SFLOAT => bytemuck::pod_collect_to_vec(data),
             vk::Format::R16G16_SNORM => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
                 .iter()
@@ -107,6 +118,13 @@ impl Renderer {
                 .iter()
                 .map(|&x| [x, 0.0, 0.0, 0.0])
                 .collect(),
-        })
+        };
+        if target == Target::LightMoments {
+            // Level 0, without what lies beside and below it.
+            let side = self.plan.light_map as usize;
+            let rows = texels.chunks_exact(width as usize).take(side);
+            texels = rows.flat_map(|row| &row[..side]).copied().collect();
+        }
+        Ok(texels)
     }
 }

@@ -3,10 +3,12 @@
 //! Passes live in files of their own and know only the resources they are given
 //! ([`targets`]); what orders them is here and nowhere else.
 
+mod alone;
 mod capture;
 mod exact;
 mod geometry;
 mod light;
+mod reduce;
 mod resolve;
 mod run;
 mod shade;
@@ -29,20 +31,22 @@ use std::time::{Duration, Instant};
 use ash::vk;
 use glam::{DVec2, DVec3};
 
+pub use alone::{Reduced, reduce_alone};
 pub use capture::Target;
 pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
 
 use crate::gpu::{
-    self, Buffer, Device, Location, RenderPass, Slot, Timestamps, Use, barrier, submit,
+    self, Buffer, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier, submit,
 };
 use crate::optics::sampling::r2;
 use crate::scene::{Jitter, LightFrame, Multiple, Plan, View};
 use exact::ExactPass;
 use geometry::Geometry;
 use light::LightPass;
+use reduce::ReducePass;
 use resolve::ResolvePass;
 use shade::ShadePass;
-use targets::{Canvas, GBuffer, LightMap};
+use targets::{Canvas, GBuffer, LightMap, Pyramid, PyramidDesc};
 use uniforms::Uniforms;
 use view::ViewPass;
 
@@ -63,8 +67,9 @@ const EXACT_PAIRS: u64 = 1 << 24;
 const EXACT_TEXELS: u32 = 60_000;
 
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
-const PASSES: [(&str, &CStr); 7] = [
+const PASSES: [(&str, &CStr); 8] = [
     ("light", c"light"),
+    ("reduce", c"reduce"),
     ("back", c"back"),
     ("view", c"view"),
     ("shade", c"shade"),
@@ -73,12 +78,13 @@ const PASSES: [(&str, &CStr); 7] = [
     ("readback", c"readback"),
 ];
 const LIGHT: u32 = 0;
-const BACK: u32 = 1;
-const VIEW: u32 = 2;
-const SHADE: u32 = 3;
-const EXACT: u32 = 4;
-const RESOLVE: u32 = 5;
-const READBACK: u32 = 6;
+const REDUCE: u32 = 1;
+const BACK: u32 = 2;
+const VIEW: u32 = 3;
+const SHADE: u32 = 4;
+const EXACT: u32 = 5;
+const RESOLVE: u32 = 6;
+const READBACK: u32 = 7;
 
 /// How far a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +122,7 @@ pub struct Renderer {
     uniforms: Vec<Buffer>,
     geometry: Geometry,
     light: LightPass,
+    reduce: Option<ReducePass>,
     camera: RenderPass,
     view: ViewPass,
     shade: ShadePass,
@@ -153,6 +160,21 @@ impl Renderer {
         keep_gbuffer: bool,
         measure: bool,
     ) -> gpu::Result<Self> {
+        Self::with_pyramid(device, plan, keep_gbuffer, measure, pyramid_of(plan))
+    }
+
+    /// As [`Renderer::new`], with a pyramid over the light map that the plan need not ask for;
+    /// for tests.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn with_pyramid(
+        device: &Arc<Device>,
+        plan: &Plan,
+        keep_gbuffer: bool,
+        measure: bool,
+        pyramid: Option<PyramidDesc>,
+    ) -> gpu::Result<Self> {
         let mesh = &plan.scene.mesh;
         // Positions are kept relative to the middle, so that float32 serves them best.
         let center = mesh.center();
@@ -184,7 +206,7 @@ impl Renderer {
             })
             .collect::<gpu::Result<Vec<_>>>()?;
         let geometry = Geometry::new(device, mesh, center)?;
-        let map = LightMap::new(device, plan.light_map)?;
+        let map = LightMap::new(device, plan.light_map, pyramid.as_ref())?;
         let gbuffer = GBuffer::new(device, plan.size)?;
         let canvas = Canvas::new(device, plan.size)?;
         let readback = |name, bytes: u64| {
@@ -210,6 +232,11 @@ impl Renderer {
             keep_gbuffer || exact_columns.is_some(),
         )?;
         let light = LightPass::new(device, &uniforms, &map)?;
+        let reduce = map
+            .pyramid
+            .as_ref()
+            .map(|pyramid| ReducePass::new(device, &map.moments, pyramid))
+            .transpose()?;
         let view = ViewPass::new(device, &uniforms, &camera)?;
         let shade = ShadePass::new(
             device,
@@ -231,6 +258,7 @@ impl Renderer {
             uniforms,
             geometry,
             light,
+            reduce,
             camera,
             view,
             shade,
@@ -362,7 +390,14 @@ impl Renderer {
             Jitter::Samples | Jitter::All => r2([0.0; 2], index),
         };
         let (view, light) = (self.view(index), self.light_frame(index));
-        let uniforms = Uniforms::new(&self.plan, &view, &light, done, sequence.into());
+        let uniforms = Uniforms::new(
+            &self.plan,
+            &view,
+            &light,
+            self.map.moments.size(),
+            done,
+            sequence.into(),
+        );
         self.uniforms[slot].write(bytemuck::bytes_of(&uniforms))
     }
 
@@ -382,6 +417,9 @@ impl Renderer {
             normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
         }
 
+        // Between the levels of a pyramid lie zeros from when it was made.
+        let moments_before = if map.pyramid.is_some() { map_read } else { map_read.discarding() };
+
         // light: what the light sees. The map is drawn anew, since light and mesh may have moved.
         barrier::image(
             device, commands, c"WAR: the previous frame shades from the light depth",
@@ -389,7 +427,7 @@ impl Renderer {
         );
         barrier::image(
             device, commands, c"WAR: the previous frame shades from the light moments",
-            &map.moments, map_read.discarding(), Use::COLOR_WRITE,
+            &map.moments, moments_before, Use::COLOR_WRITE,
         );
         self.begin(commands, slot, LIGHT);
         self.light.record(commands, slot, &self.geometry);
@@ -398,10 +436,16 @@ impl Renderer {
             device, commands, c"RAW: shading compares with the light depth",
             &map.depth, Use::DEPTH_WRITE, Use::FRAGMENT_SAMPLE_DEPTH,
         );
-        barrier::image(
-            device, commands, c"RAW: shading samples the light moments",
-            &map.moments, Use::COLOR_WRITE, map_read,
-        );
+        if let (Some(pyramid), Some(reduce)) = (&map.pyramid, &self.reduce) {
+            self.begin(commands, slot, REDUCE);
+            record_reduce(device, commands, &map.moments, pyramid, reduce, [Use::COLOR_WRITE, map_read]);
+            self.end(commands, slot, REDUCE);
+        } else {
+            barrier::image(
+                device, commands, c"RAW: shading samples the light moments",
+                &map.moments, Use::COLOR_WRITE, map_read,
+            );
+        }
 
         // view and shade: one render pass of three subpasses (view.rs has their dependencies).
         barrier::image(
@@ -620,6 +664,78 @@ impl Renderer {
     /// As [`Renderer::radiance`].
     pub fn display(&self) -> gpu::Result<Vec<[u8; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(self.display_readback.read()?))
+    }
+}
+
+/// The pyramid over the light map that `plan` needs.
+fn pyramid_of(_plan: &Plan) -> Option<PyramidDesc> {
+    None
+}
+
+/// reduce: the pyramid level by level, then all levels smoothed at once, rows before columns.
+/// `before` has written level 0; `after` reads the pyramid.
+#[rustfmt::skip] // A barrier is read as a sentence.
+fn record_reduce(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    moments: &Image,
+    pyramid: &Pyramid,
+    reduce: &ReducePass,
+    [before, after]: [Use; 2],
+) {
+    let fourth = pyramid.fourth.as_ref();
+    let moments = || std::iter::once(moments).chain(fourth.map(|f| &f.moments));
+    let rows = || std::iter::once(&pyramid.rows).chain(fourth.map(|f| &f.rows));
+    let smoothed = || std::iter::once(&pyramid.smoothed).chain(fourth.map(|f| &f.smoothed));
+
+    // Sampled and written in one layout; a dispatch writes none of the texels that it reads.
+    let halving = Use::COMPUTE_SAMPLE_GENERAL.and(Use::COMPUTE_WRITE);
+    for image in moments() {
+        barrier::image(
+            device, commands, c"RAW: level 1 and smoothing read level 0; WAR: the previous frame reads the others",
+            image, before, halving,
+        );
+    }
+    for level in 1..pyramid.atlas.levels() {
+        reduce.decimate(commands, level);
+        for image in moments() {
+            barrier::image(
+                device, commands, c"RAW: the next level and smoothing read this one",
+                image, Use::COMPUTE_WRITE, Use::COMPUTE_SAMPLE_GENERAL,
+            );
+        }
+    }
+    for image in rows() {
+        barrier::image(
+            device, commands, c"WAR: the previous frame smooths columns of the rows",
+            image, Use::COMPUTE_SAMPLE_GENERAL, Use::COMPUTE_WRITE,
+        );
+    }
+    reduce.smooth_rows(commands);
+    for image in rows() {
+        barrier::image(
+            device, commands, c"RAW: columns are smoothed after rows",
+            image, Use::COMPUTE_WRITE, Use::COMPUTE_SAMPLE_GENERAL,
+        );
+    }
+    for image in smoothed() {
+        barrier::image(
+            device, commands, c"WAR: the previous frame shades from the smoothed moments",
+            image, Use::FRAGMENT_SAMPLE, Use::COMPUTE_WRITE,
+        );
+    }
+    reduce.smooth_columns(commands);
+    for image in smoothed() {
+        barrier::image(
+            device, commands, c"RAW: shading samples the smoothed moments",
+            image, Use::COMPUTE_WRITE, Use::FRAGMENT_SAMPLE,
+        );
+    }
+    for image in moments() {
+        barrier::image(
+            device, commands, c"RAW: shading samples the light moments; WAR: smoothing has read them",
+            image, halving, after,
+        );
     }
 }
 

@@ -2,21 +2,72 @@
 
 use std::sync::Arc;
 
+use std::ops::RangeInclusive;
+
 use ash::vk::{Format, ImageUsageFlags as U};
 
-use crate::gpu::{self, Device, Image, ImageDesc};
+use crate::gpu::{self, Device, Image, ImageDesc, Use, submit};
+use crate::scene::pyramid::Atlas;
 
 /// The light map: what the light sees.
 pub struct LightMap {
     /// D32 depth, nearest to the light wins.
     pub depth: Image,
     /// T0 = RGBA32F (w, w z, w z^2, w z^3), w = coverage * Ft, z normalised to [-1, 1].
+    ///
+    /// With a pyramid, T0 is level 0 at the corner of the image, and the others lie beside it.
     pub moments: Image,
+    /// What else belongs to the pyramid of the moments.
+    pub pyramid: Option<Pyramid>,
+}
+
+/// Which levels are made of a light map's moments.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PyramidDesc {
+    /// The levels that are smoothed; the pyramid itself starts at level 0.
+    pub levels: RangeInclusive<u32>,
+    /// Whether there is a fourth moment.
+    pub fourth: bool,
+    /// Whether levels are halved by bilinear taps, where the device has them.
+    pub linear: bool,
+}
+
+/// The images of a pyramid besides the moments themselves, all laid out by one atlas.
+///
+/// They were cleared when they were made, and what lies between the levels stays 0: no barrier may
+/// discard their contents.
+pub struct Pyramid {
+    /// Where the levels lie.
+    pub atlas: Atlas,
+    /// The levels that are smoothed.
+    pub levels: RangeInclusive<u32>,
+    /// Whether 32-bit floats are filtered linearly.
+    pub linear: bool,
+    /// RGBA32F, the rows of each level smoothed.
+    pub rows: Image,
+    /// RGBA32F, rows and columns of each level smoothed.
+    pub smoothed: Image,
+    /// The fourth moment, which has images of its own.
+    pub fourth: Option<Fourth>,
+}
+
+/// The fourth moment w z^4 of a pyramid, R32F.
+pub struct Fourth {
+    /// The pyramid.
+    pub moments: Image,
+    /// The rows of each level smoothed.
+    pub rows: Image,
+    /// Rows and columns of each level smoothed.
+    pub smoothed: Image,
 }
 
 impl LightMap {
-    /// Makes a square map of `size` texels a side.
-    pub fn new(device: &Arc<Device>, size: u32) -> gpu::Result<Self> {
+    /// Makes a square map of `size` texels a side, with a pyramid if asked.
+    pub fn new(
+        device: &Arc<Device>,
+        size: u32,
+        pyramid: Option<&PyramidDesc>,
+    ) -> gpu::Result<Self> {
         let image = |name, format, usage| {
             let usage = usage | U::SAMPLED | U::TRANSFER_SRC;
             Image::new(
@@ -29,18 +80,80 @@ impl LightMap {
                 },
             )
         };
+        let (moments, pyramid) = match pyramid {
+            None => {
+                let format = Format::R32G32B32A32_SFLOAT;
+                (image("light moments", format, U::COLOR_ATTACHMENT)?, None)
+            }
+            Some(desc) => {
+                let (moments, pyramid) = Self::with_levels(device, [size, size], desc)?;
+                (moments, Some(pyramid))
+            }
+        };
         Ok(LightMap {
             depth: image(
                 "light depth",
                 Format::D32_SFLOAT,
                 U::DEPTH_STENCIL_ATTACHMENT,
             )?,
-            moments: image(
-                "light moments",
-                Format::R32G32B32A32_SFLOAT,
-                U::COLOR_ATTACHMENT,
-            )?,
+            moments,
+            pyramid,
         })
+    }
+
+    /// Makes the moments of a map of `size` texels with room for levels, and what belongs to them;
+    /// all 0, and as a frame leaves them.
+    pub fn with_levels(
+        device: &Arc<Device>,
+        size: [u32; 2],
+        desc: &PyramidDesc,
+    ) -> gpu::Result<(Image, Pyramid)> {
+        let atlas = Atlas::new(size, desc.levels.end() + 1);
+        let image = |name, format, usage| {
+            let usage = usage | U::SAMPLED | U::STORAGE | U::TRANSFER_SRC | U::TRANSFER_DST;
+            Image::new(
+                device,
+                name,
+                ImageDesc {
+                    size: atlas.size,
+                    format,
+                    usage,
+                },
+            )
+        };
+        let all = Format::R32G32B32A32_SFLOAT;
+        let moments = image("light moments", all, U::COLOR_ATTACHMENT)?;
+        let rows = image("light rows", all, U::empty())?;
+        let smoothed = image("light smoothed", all, U::empty())?;
+        let one = Format::R32_SFLOAT;
+        let fourth = match desc.fourth {
+            true => Some(Fourth {
+                moments: image("light fourth moment", one, U::COLOR_ATTACHMENT)?,
+                rows: image("light fourth moment, rows", one, U::empty())?,
+                smoothed: image("light fourth moment, smoothed", one, U::empty())?,
+            }),
+            false => None,
+        };
+        let mut states = vec![
+            (&moments, Use::FRAGMENT_SAMPLE),
+            (&rows, Use::COMPUTE_SAMPLE_GENERAL),
+            (&smoothed, Use::FRAGMENT_SAMPLE),
+        ];
+        if let Some(fourth) = &fourth {
+            states.push((&fourth.moments, Use::FRAGMENT_SAMPLE));
+            states.push((&fourth.rows, Use::COMPUTE_SAMPLE_GENERAL));
+            states.push((&fourth.smoothed, Use::FRAGMENT_SAMPLE));
+        }
+        submit::clear_images(device, &states)?;
+        let pyramid = Pyramid {
+            atlas,
+            levels: desc.levels.clone(),
+            linear: desc.linear && device.candidate().linear_floats,
+            rows,
+            smoothed,
+            fourth,
+        };
+        Ok((moments, pyramid))
     }
 }
 

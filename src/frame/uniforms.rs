@@ -36,6 +36,8 @@ pub struct Uniforms {
     pub light_z: [f32; 4],
     /// Texel, 1 / texel, half depth range, 1 / half depth range.
     pub light_scale: [f32; 4],
+    /// Side of the light map in texels, 1 / columns and 1 / rows of its image.
+    pub map: [f32; 4],
     /// E0 per channel; w: area of a light texel, mm^2.
     pub irradiance: [f32; 4],
     /// Effective transport coefficient per channel; w: eta.
@@ -61,8 +63,16 @@ fn vec4(v: DVec3, w: f64) -> [f32; 4] {
 impl Uniforms {
     /// The uniforms of the frame after `done` others of the plan, as seen by `view` and lit through `light`.
     ///
-    /// Both are relative to the scene's centre. `sequence` offsets the samples' radius and angle.
-    pub fn new(plan: &Plan, view: &View, light: &LightFrame, done: u32, sequence: DVec2) -> Self {
+    /// Both are relative to the scene's centre. `map` is the size of the image that the light map
+    /// lies in. `sequence` offsets the samples' radius and angle.
+    pub fn new(
+        plan: &Plan,
+        view: &View,
+        light: &LightFrame,
+        map: [u32; 2],
+        done: u32,
+        sequence: DVec2,
+    ) -> Self {
         let material = &plan.scene.material;
         let dipoles =
             [0, 1, 2].map(|c| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta));
@@ -87,6 +97,12 @@ impl Uniforms {
                 DVec3::new(light.texel, 1.0 / light.texel, light.z_half),
                 1.0 / light.z_half,
             ),
+            map: [
+                light.size as f32,
+                1.0 / map[0] as f32,
+                1.0 / map[1] as f32,
+                0.0,
+            ],
             irradiance: vec4(
                 plan.scene.light.perpendicular_irradiance(),
                 light.texel_area(),

@@ -50,6 +50,12 @@ uses! {
     /// A storage image read and written by a compute shader.
     COMPUTE_STORAGE = S::COMPUTE_SHADER,
         A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()), GENERAL;
+    /// Sampled by a compute shader, in the layout of the storage image that it is elsewhere.
+    COMPUTE_SAMPLE_GENERAL = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, GENERAL;
+    /// A storage image written by a compute shader.
+    COMPUTE_WRITE = S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE, GENERAL;
+    /// Cleared by a transfer command.
+    CLEAR_TARGET = S::CLEAR, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
     /// Copied from.
     COPY_SOURCE = S::COPY, A::TRANSFER_READ, TRANSFER_SRC_OPTIMAL;
     /// Copied to.

@@ -13,6 +13,8 @@ pub enum Binding<'a> {
     Uniform(&'a Buffer),
     /// An image read through a sampler.
     Sampled(&'a Image, &'a Sampler),
+    /// An image read through a sampler, and kept in the general layout since compute writes it, too.
+    SampledGeneral(&'a Image, &'a Sampler),
     /// A storage image.
     Storage(&'a Image),
     /// An input attachment.
@@ -23,7 +25,9 @@ impl Binding<'_> {
     fn kind(&self) -> vk::DescriptorType {
         match self {
             Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
-            Binding::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Binding::Sampled(..) | Binding::SampledGeneral(..) => {
+                vk::DescriptorType::COMBINED_IMAGE_SAMPLER
+            }
             Binding::Storage(_) => vk::DescriptorType::STORAGE_IMAGE,
             Binding::Input(_) => vk::DescriptorType::INPUT_ATTACHMENT,
         }
@@ -40,6 +44,9 @@ impl Binding<'_> {
         let (image, layout, sampler) = match self {
             Binding::Uniform(_) => return None,
             Binding::Sampled(image, sampler) => (image, read_only(image), sampler.raw),
+            Binding::SampledGeneral(image, sampler) => {
+                (image, vk::ImageLayout::GENERAL, sampler.raw)
+            }
             Binding::Storage(image) => (image, vk::ImageLayout::GENERAL, vk::Sampler::null()),
             Binding::Input(image) => (image, read_only(image), vk::Sampler::null()),
         };

@@ -32,6 +32,8 @@ pub struct Candidate {
     pub limits: vk::PhysicalDeviceLimits,
     /// Whether R16G16_SNORM can be a colour attachment (else R16G16_SFLOAT is used).
     pub snorm_normals: bool,
+    /// Whether 32-bit floats can be filtered linearly.
+    pub linear_floats: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -220,6 +222,9 @@ impl Candidate {
                 vk::Format::R16G16_SNORM,
                 F::COLOR_ATTACHMENT | F::SAMPLED_IMAGE | F::TRANSFER_SRC,
             ),
+            linear_floats: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
+                .iter()
+                .all(|&format| offers(format, F::SAMPLED_IMAGE_FILTER_LINEAR)),
             lacks,
         }
     }

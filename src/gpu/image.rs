@@ -115,6 +115,11 @@ impl Image {
 
     /// The region that copies between all of it and a tightly packed buffer.
     pub(crate) fn whole_copy(&self) -> vk::BufferImageCopy {
+        self.corner_copy(self.desc.size)
+    }
+
+    /// The region that copies between its first `size` texels and a tightly packed buffer.
+    pub(crate) fn corner_copy(&self, size: [u32; 2]) -> vk::BufferImageCopy {
         vk::BufferImageCopy {
             image_subresource: vk::ImageSubresourceLayers {
                 aspect_mask: self.aspect(),
@@ -123,8 +128,8 @@ impl Image {
                 layer_count: 1,
             },
             image_extent: vk::Extent3D {
-                width: self.desc.size[0],
-                height: self.desc.size[1],
+                width: size[0],
+                height: size[1],
                 depth: 1,
             },
             ..Default::default()

@@ -167,6 +167,18 @@ impl ComputePipeline {
         }
     }
 
+    /// Dispatches at least `groups` groups, in lines of as many as any device takes.
+    pub fn dispatch_groups(&self, commands: vk::CommandBuffer, groups: u32) {
+        // 65535 is the smallest limit that Vulkan allows.
+        let columns = groups.clamp(1, 1 << 15);
+        // SAFETY: the pipeline and its set are bound.
+        unsafe {
+            self.device
+                .raw
+                .cmd_dispatch(commands, columns, groups.div_ceil(columns), 1);
+        }
+    }
+
     /// Dispatches enough groups of 8x8 to cover `size`.
     pub fn dispatch_8x8(&self, commands: vk::CommandBuffer, size: [u32; 2]) {
         // SAFETY: the pipeline and its set are bound.
@@ -214,7 +226,7 @@ pub struct RenderPass {
 }
 
 impl RenderPass {
-    /// Makes the pass over `attachments`, all of the same size.
+    /// Makes the pass over `attachments`. Its area is what all of them have, from their corners.
     ///
     /// # Errors
     /// What the driver says.
@@ -224,7 +236,11 @@ impl RenderPass {
         info: &vk::RenderPassCreateInfo<'_>,
         attachments: &[&Image],
     ) -> super::Result<Self> {
-        let size = attachments.first().map_or([1, 1], |image| image.size());
+        let size = attachments
+            .iter()
+            .map(|image| image.size())
+            .reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])])
+            .unwrap_or([1, 1]);
         // SAFETY: the description is well-formed; the validation layer checks it in every test.
         let raw = check("vkCreateRenderPass", unsafe {
             device.raw.create_render_pass(info, None)

@@ -221,6 +221,66 @@ pub fn upload_image(
     slot.wait()
 }
 
+/// Clears each of the new `images` to 0, leaves it in the use beside it, and waits.
+///
+/// # Errors
+/// What the driver says.
+pub fn clear_images(device: &Arc<Device>, images: &[(&Image, Use)]) -> super::Result<()> {
+    let mut slot = Slot::new(device, "clear")?;
+    let commands = slot.begin()?;
+    for &(image, after) in images {
+        barrier::image(
+            device,
+            commands,
+            c"layout: a new image is to be cleared",
+            image,
+            Use::DISCARD,
+            Use::CLEAR_TARGET,
+        );
+        // SAFETY: `commands` is being recorded, and the image is alive until the wait below.
+        unsafe {
+            device.raw.cmd_clear_color_image(
+                commands,
+                image.raw,
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &vk::ClearColorValue::default(),
+                &[image.range()],
+            );
+        }
+        barrier::image(
+            device,
+            commands,
+            c"RAW: the zeros are read after the clear",
+            image,
+            Use::CLEAR_TARGET,
+            after,
+        );
+    }
+    slot.submit()?;
+    slot.wait()
+}
+
+/// Records the copy of `size` tightly packed texels from `buffer` to the corner of `image`, which
+/// is in [`Use::COPY_TARGET`].
+pub fn record_upload(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    buffer: &Buffer,
+    image: &Image,
+    size: [u32; 2],
+) {
+    // SAFETY: `commands` is being recorded; image and buffer are alive and hold that many texels.
+    unsafe {
+        device.raw.cmd_copy_buffer_to_image(
+            commands,
+            buffer.raw,
+            image.raw,
+            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            &[image.corner_copy(size)],
+        );
+    }
+}
+
 /// Records the copy of all of `image`, which is in [`Use::COPY_SOURCE`], to `buffer`, and
 /// makes it visible to the host.
 pub fn record_readback(
