@@ -32,6 +32,10 @@ pub struct Candidate {
     pub limits: vk::PhysicalDeviceLimits,
     /// Whether R16G16_SNORM can be a colour attachment (else R16G16_SFLOAT is used).
     pub snorm_normals: bool,
+    /// Whether RGBA32F textures can be filtered, by a bilinear tap or a blit.
+    pub linear_float32: bool,
+    /// Whether RGBA32F images can be blitted from and to.
+    pub blit_float32: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -220,6 +224,11 @@ impl Candidate {
                 vk::Format::R16G16_SNORM,
                 F::COLOR_ATTACHMENT | F::SAMPLED_IMAGE | F::TRANSFER_SRC,
             ),
+            linear_float32: offers(
+                vk::Format::R32G32B32A32_SFLOAT,
+                F::SAMPLED_IMAGE_FILTER_LINEAR,
+            ),
+            blit_float32: offers(vk::Format::R32G32B32A32_SFLOAT, F::BLIT_SRC | F::BLIT_DST),
             lacks,
         }
     }
