@@ -15,6 +15,8 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("shade.frag", "none", &["METHOD_NONE"]),
     ("shade.frag", "brdf", &["METHOD_BRDF"]),
     ("shade.frag", "samples", &["METHOD_SAMPLES"]),
+    ("boxes.comp", "", &[]),
+    ("boxes_shared.comp", "", &[]),
     ("exact.comp", "", &[]),
     ("resolve.comp", "", &[]),
 ];

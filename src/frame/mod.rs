@@ -3,6 +3,8 @@
 //! Passes live in files of their own and know only the resources they are given
 //! ([`targets`]); what orders them is here and nowhere else.
 
+mod boxes;
+mod boxes_ways;
 mod capture;
 mod exact;
 mod geometry;
@@ -29,6 +31,7 @@ use std::time::{Duration, Instant};
 use ash::vk;
 use glam::{DVec2, DVec3};
 
+pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
 

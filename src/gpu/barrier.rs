@@ -55,6 +55,8 @@ uses! {
     COPY_SOURCE = S::COPY, A::TRANSFER_READ, TRANSFER_SRC_OPTIMAL;
     /// Copied to.
     COPY_TARGET = S::COPY, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
+    /// Overwritten with one value.
+    CLEAR_TARGET = S::CLEAR, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
     /// The source of a filtered copy.
     BLIT_SOURCE = S::BLIT, A::TRANSFER_READ, TRANSFER_SRC_OPTIMAL;
     /// The target of a filtered copy.

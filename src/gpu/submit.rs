@@ -260,6 +260,22 @@ pub fn record_level_readback(
     );
 }
 
+/// Records that every texel of `image`, a colour image in [`Use::CLEAR_TARGET`], becomes `value`.
+pub fn record_clear(device: &Device, commands: vk::CommandBuffer, image: &Image, value: [f32; 4]) {
+    let value = vk::ClearColorValue { float32: value };
+    // SAFETY: `commands` is being recorded outside a render pass; the image is alive and in this
+    // layout.
+    unsafe {
+        device.raw.cmd_clear_color_image(
+            commands,
+            image.raw,
+            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            &value,
+            &[image.range()],
+        );
+    }
+}
+
 /// Records the filtered copy of the first `extent` texels a side of MIP level `source.1` of
 /// `source.0`, in [`Use::BLIT_SOURCE`], to all of level `target.1` of `target.0`, in
 /// [`Use::BLIT_TARGET`].
