@@ -9,6 +9,7 @@ mod capture;
 mod exact;
 mod geometry;
 mod light;
+pub mod measure;
 mod resolve;
 mod run;
 mod shade;
