@@ -23,6 +23,8 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("smooth.comp", "rows fourth", &["FOURTH"]),
     ("smooth.comp", "columns", &["COLUMNS"]),
     ("smooth.comp", "columns fourth", &["COLUMNS", "FOURTH"]),
+    ("boxes.comp", "", &[]),
+    ("boxes_shared.comp", "", &[]),
     ("exact.comp", "", &[]),
     ("resolve.comp", "", &[]),
 ];

@@ -429,6 +429,53 @@ const CASES: &[Case] = &[
         "man --out missing",
         &["missing", "create it"],
     ),
+    case(
+        "bench of no map",
+        &[],
+        "bench reduce --light-map 0",
+        &["--light-map", "16 to 8192", "0"],
+    ),
+    case(
+        "bench of a map too large",
+        &[],
+        "bench reduce --light-map 1000000",
+        &["--light-map", "16 to 8192", "1000000"],
+    ),
+    case(
+        "bench of a map that is no number",
+        &[],
+        "bench reduce --light-map wide",
+        &[
+            "--light-map",
+            "not a whole number",
+            "marmor bench reduce --help",
+        ],
+    ),
+    case(
+        "bench of no rounds",
+        &[],
+        "bench reduce --rounds 0",
+        &["--rounds", "1 to 10000"],
+    ),
+    case(
+        "bench of too many rounds",
+        &[],
+        "bench reduce --rounds 1000000",
+        &["--rounds", "1 to 10000", "1000000"],
+    ),
+    case(
+        "bench of rounds that are no number",
+        &[],
+        "bench reduce --rounds many",
+        &["--rounds", "not a whole number"],
+    ),
+    case(
+        "bench into a missing folder",
+        &[],
+        "bench reduce --json missing/t.json",
+        &["missing/t.json", "create it"],
+    ),
+    case("unknown bench", &[], "bench reduc", &["reduc", "reduce"]),
     case("unknown shell", &[], "completions tcsh", &["tcsh", "bash"]),
 ];
 
@@ -470,7 +517,11 @@ fn every_fault_is_one_clear_line_and_leaves_nothing() {
 
 #[test]
 fn an_unknown_device_ends_with_code_3() {
-    for arguments in [&["devices"][..], &["render", "-o", "out.png"]] {
+    for arguments in [
+        &["devices"][..],
+        &["render", "-o", "out.png"],
+        &["bench", "reduce"],
+    ] {
         let folder = folder();
         let mut all = vec!["--device", "no-such-device"];
         all.extend(arguments);

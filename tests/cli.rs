@@ -5,7 +5,14 @@ mod common;
 use common::program::{folder, marmor, names, run};
 use std::process::{Command, Stdio};
 
-const COMMANDS: [&str; 5] = ["render", "compare", "devices", "completions", "man"];
+const COMMANDS: [&str; 6] = [
+    "render",
+    "compare",
+    "bench",
+    "devices",
+    "completions",
+    "man",
+];
 
 #[test]
 fn every_command_has_help_with_examples() {
@@ -24,6 +31,10 @@ fn every_command_has_help_with_examples() {
         assert_eq!(short.code, 0);
         assert!(short.stdout.len() < long.stdout.len(), "{command}");
     }
+    let nested = run(folder.path(), &["bench", "reduce", "--help"]);
+    assert_eq!((nested.code, nested.stderr.as_str()), (0, ""));
+    assert!(nested.stdout.contains("Examples:"));
+    assert_eq!(run(folder.path(), &["bench"]).code, 2);
     assert_eq!(run(folder.path(), &[]).code, 2);
     assert!(
         run(folder.path(), &["--version"])
@@ -57,6 +68,8 @@ fn the_manual_is_printed_and_written() {
     assert!(ran.stdout.contains(".TH marmor 1"), "{}", ran.stdout);
     assert_eq!(run(folder.path(), &["man", "--out", "."]).code, 0);
     let expected: Vec<String> = [
+        "-bench-reduce",
+        "-bench",
         "-compare",
         "-completions",
         "-devices",
@@ -107,4 +120,45 @@ fn a_full_disk_behind_stdout_is_a_fault() {
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.starts_with("marmor: stdout: "), "{stderr}");
+}
+
+/// Every way is measured, and the file says what the table says.
+#[test]
+fn bench_reduce_measures_every_way() {
+    if !common::device::present() {
+        return;
+    }
+    let folder = folder();
+    let arguments = [
+        "bench",
+        "reduce",
+        "--light-map",
+        "64",
+        "--rounds",
+        "3",
+        "--json",
+        "t.json",
+    ];
+    let ran = run(folder.path(), &arguments);
+    assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{}", ran.stdout);
+    let text = std::fs::read_to_string(folder.path().join("t.json")).expect("a file");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(
+        (&json["light_map"], &json["rounds"]),
+        (&64.into(), &3.into())
+    );
+    let ways = json["ways"].as_array().expect("ways");
+    let names: Vec<_> = ways.iter().filter_map(|way| way["way"].as_str()).collect();
+    assert_eq!(names, ["levels", "shared", "blit"]);
+    for way in ways {
+        let time = |key: &str| way[key].as_f64().expect("a time");
+        assert!(0.0 < time("p5") && time("p5") <= time("median") && time("median") <= time("p95"));
+        assert!(time("ratio") > 0.0);
+        assert!(
+            ran.stdout.contains(&format!("{:.4}", time("median"))),
+            "{}",
+            ran.stdout
+        );
+    }
+    assert!(ran.stdout.contains("64x64") && ran.stdout.contains("3 rounds"));
 }

@@ -165,3 +165,9 @@ fn geometry_passes_read_no_texture() {
         );
     }
 }
+
+#[test]
+fn a_box_is_four_texels() {
+    let found = sites(&shaders::BOXES_COMP);
+    assert_eq!((found.fetches, found.inputs), (4, 0));
+}

@@ -32,7 +32,7 @@ const RENDER: [&str; 5] = ["render", "-o", "a.png", "--size", "8x8"];
 #[test]
 fn no_loader_ends_with_code_3_and_the_remedy() {
     let set = [("MARMOR_VULKAN_LOADER", "/nonexistent/libvulkan.so.1")];
-    for arguments in [&RENDER[..], &["devices"]] {
+    for arguments in [&RENDER[..], &["devices"], &["bench", "reduce"]] {
         check(
             "no loader",
             &set,
@@ -48,7 +48,7 @@ fn no_device_ends_with_code_3_and_the_remedy() {
     // Both names of the variable that lists the drivers, old and new.
     let none = "/nonexistent.json";
     let set = [("VK_DRIVER_FILES", none), ("VK_ICD_FILENAMES", none)];
-    for arguments in [&RENDER[..], &["devices"]] {
+    for arguments in [&RENDER[..], &["devices"], &["bench", "reduce"]] {
         check("no driver", &set, arguments, 3, &["mesa-vulkan-drivers"]);
     }
 }
@@ -61,6 +61,24 @@ fn what_does_not_fit_the_device_is_refused_before_it_is_tried() {
     let mut small = RENDER.to_vec();
     small.extend(["--memory-limit", "1"]);
     check("light map", &[], &small, 2, &["--light-map", "MiB"]);
+
+    let bench = [
+        "bench",
+        "reduce",
+        "--light-map",
+        "1024",
+        "--memory-limit",
+        "16",
+        "--json",
+        "t.json",
+    ];
+    check(
+        "bench",
+        &[],
+        &bench,
+        2,
+        &["light map 1024", "--light-map", "MiB"],
+    );
 
     // Ten million triangles need some 170 MiB with their staging copy.
     let folder = folder();

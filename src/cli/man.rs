@@ -34,12 +34,14 @@ pub(super) fn run(arguments: &Arguments, command: clap::Command) -> Result<(), F
             folder.display()
         )));
     }
-    let mut commands = vec![&command];
-    commands.extend(command.get_subcommands());
-    for command in commands {
-        write(command, folder)?;
-    }
-    Ok(())
+    write_all(&command, folder)
+}
+
+fn write_all(command: &clap::Command, folder: &Path) -> Result<(), Failure> {
+    write(command, folder)?;
+    command
+        .get_subcommands()
+        .try_for_each(|command| write_all(command, folder))
 }
 
 fn write(command: &clap::Command, folder: &Path) -> Result<(), Failure> {

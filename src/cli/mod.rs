@@ -3,6 +3,7 @@
 //! Results go to stdout. What went wrong goes to stderr as one line that names the file
 //! or flag and the remedy.
 
+mod bench;
 mod compare;
 mod completions;
 mod devices;
@@ -60,6 +61,7 @@ Examples:
   marmor render scene.toml --material skin1 --light 150,20 -o skin.png
   marmor render --multiple exact -o truth.exr
   marmor compare truth.exr fast.exr --max-rr 0.05
+  marmor bench reduce
   marmor devices
 
 Exit codes:
@@ -127,6 +129,7 @@ struct Global {
 enum Command {
     Render(Box<render::Arguments>),
     Compare(compare::Arguments),
+    Bench(bench::Arguments),
     Devices(devices::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
@@ -155,6 +158,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let result = match &cli.command {
         Command::Render(arguments) => render::run(&cli.global, arguments),
         Command::Compare(arguments) => compare::run(arguments),
+        Command::Bench(arguments) => bench::run(&cli.global, arguments),
         Command::Devices(arguments) => devices::run(&cli.global, arguments),
         Command::Completions(arguments) => completions::run(arguments, &mut command()),
         Command::Man(arguments) => man::run(arguments, command()),
@@ -188,12 +192,19 @@ fn refused(error: &clap::Error, arguments: &[OsString]) -> Exit {
         }
         _ => {
             let command = command();
-            let subcommand = arguments
-                .iter()
-                .skip(1)
-                .find_map(|argument| command.find_subcommand(argument))
-                .map(clap::Command::get_name);
-            complain(&failure::one_line(&error.render().to_string(), subcommand));
+            // `bench reduce` is one below another.
+            let (mut found, mut path) = (&command, Vec::new());
+            for argument in arguments.iter().skip(1) {
+                if let Some(subcommand) = found.find_subcommand(argument) {
+                    found = subcommand;
+                    path.push(subcommand.get_name());
+                }
+            }
+            let path = Some(path.join(" ")).filter(|path| !path.is_empty());
+            complain(&failure::one_line(
+                &error.render().to_string(),
+                path.as_deref(),
+            ));
             Exit::BadInput
         }
     }

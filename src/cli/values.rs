@@ -67,6 +67,10 @@ pub(super) fn frames_averaged(text: &str) -> Result<u32, String> {
     limits::frames_averaged(whole(text)?)
 }
 
+pub(super) fn rounds(text: &str) -> Result<u32, String> {
+    limits::rounds(whole(text)?)
+}
+
 pub(super) fn on_off(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),

@@ -2,6 +2,7 @@
 //!
 //! Each module bears the name of the pass and of the shader that it repeats.
 
+pub mod boxes;
 pub mod light;
 pub mod raster;
 pub mod reduce;

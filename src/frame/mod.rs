@@ -4,10 +4,13 @@
 //! ([`targets`]); what orders them is here and nowhere else.
 
 mod alone;
+mod boxes;
+mod boxes_ways;
 mod capture;
 mod exact;
 mod geometry;
 mod light;
+pub mod measure;
 mod reduce;
 mod resolve;
 mod run;
@@ -32,6 +35,7 @@ use ash::vk;
 use glam::{DVec2, DVec3};
 
 pub use alone::{Reduced, reduce_alone};
+pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
 

@@ -44,6 +44,7 @@ impl From<gpu::Error> for Error {
     fn from(error: gpu::Error) -> Self {
         match error {
             gpu::Error::NoDevice(message) => Error::NoDevice(message),
+            gpu::Error::Unsupported(message) => Error::TooLarge(message),
             gpu::Error::OutOfMemory { .. } => Error::Device(format!(
                 "{error}; lower --size or --light-map, or decimate the mesh"
             )),

@@ -157,6 +157,28 @@ impl LightMap {
     }
 }
 
+/// The box pyramid of the light map: level 0 is the map itself, MIP level k - 1 here is level k.
+pub struct Boxes {
+    /// RGBA32F means of 2x2 texels of the level above, down to 1x1.
+    pub image: Image,
+}
+
+impl Boxes {
+    /// Makes the pyramid over a map of `base` texels.
+    pub fn new(device: &Arc<Device>, base: [u32; 2]) -> gpu::Result<Self> {
+        let image = Image::with_all_levels(
+            device,
+            "light boxes",
+            ImageDesc {
+                size: base.map(|side| (side / 2).max(1)),
+                format: Format::R32G32B32A32_SFLOAT,
+                usage: U::STORAGE | U::SAMPLED | U::TRANSFER_SRC | U::TRANSFER_DST,
+            },
+        )?;
+        Ok(Boxes { image })
+    }
+}
+
 /// The G-buffer: what the camera sees.
 pub struct GBuffer {
     /// D32 depth of the nearest back face: where the view ray first leaves the object.

@@ -1,6 +1,7 @@
 //! Barriers, one visible line each.
 
 use std::ffi::CStr;
+use std::ops::Range;
 
 use ash::vk;
 
@@ -47,7 +48,7 @@ uses! {
     COMPUTE_SAMPLE = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, SHADER_READ_ONLY_OPTIMAL;
     /// A depth image sampled by a compute shader.
     COMPUTE_SAMPLE_DEPTH = S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, DEPTH_STENCIL_READ_ONLY_OPTIMAL;
-    /// A storage image read and written by a compute shader.
+    /// A storage image or buffer read and written by a compute shader.
     COMPUTE_STORAGE = S::COMPUTE_SHADER,
         A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()), GENERAL;
     /// Sampled by a compute shader, in the layout of the storage image that it is elsewhere.
@@ -60,6 +61,10 @@ uses! {
     COPY_SOURCE = S::COPY, A::TRANSFER_READ, TRANSFER_SRC_OPTIMAL;
     /// Copied to.
     COPY_TARGET = S::COPY, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
+    /// The source of a filtered copy.
+    BLIT_SOURCE = S::BLIT, A::TRANSFER_READ, TRANSFER_SRC_OPTIMAL;
+    /// The target of a filtered copy.
+    BLIT_TARGET = S::BLIT, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
     /// Read by the host after a fence.
     HOST_READ = S::HOST, A::HOST_READ, GENERAL;
     /// Vertices and indices.
@@ -94,7 +99,7 @@ impl Use {
     }
 }
 
-/// Orders `before` and `after` on `image` and moves it to the layout of `after`.
+/// Orders `before` and `after` on all of `image` and moves it to the layout of `after`.
 ///
 /// `hazard` says what would go wrong without it; it shows as a label in a capture.
 /// Scopes reach back over earlier submits of the queue, so a barrier also guards
@@ -104,6 +109,20 @@ pub fn image(
     commands: vk::CommandBuffer,
     hazard: &CStr,
     image: &Image,
+    before: Use,
+    after: Use,
+) {
+    let all = 0..image.levels();
+    levels(device, commands, hazard, image, all, before, after);
+}
+
+/// As [`image()`], for the MIP levels `levels` of `image` alone.
+pub fn levels(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    hazard: &CStr,
+    image: &Image,
+    levels: Range<u32>,
     before: Use,
     after: Use,
 ) {
@@ -118,7 +137,7 @@ pub fn image(
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(image.raw)
-        .subresource_range(image.range())];
+        .subresource_range(image.levels_range(levels))];
     let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
     // SAFETY: `commands` is being recorded outside a render pass; the image is alive.
     unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
@@ -139,6 +158,25 @@ pub fn drain(device: &Device, commands: vk::CommandBuffer) {
         .memory_barriers(&barrier)
         .dependency_flags(vk::DependencyFlags::BY_REGION);
     // SAFETY: `commands` is being recorded inside a subpass that declares the dependency.
+    unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+}
+
+/// Outside a render pass: waits until all compute and blits so far are done and visible.
+///
+/// It resolves no hazard and is for measuring only, as [`drain`].
+pub fn drain_compute(device: &Device, commands: vk::CommandBuffer) {
+    let (stages, reads, writes) = (
+        S::COMPUTE_SHADER | S::BLIT,
+        A::SHADER_SAMPLED_READ | A::SHADER_STORAGE_READ | A::TRANSFER_READ,
+        A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE,
+    );
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(stages)
+        .src_access_mask(writes)
+        .dst_stage_mask(stages)
+        .dst_access_mask(reads | writes)];
+    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+    // SAFETY: `commands` is being recorded outside a render pass.
     unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
 }
 

@@ -15,8 +15,14 @@ pub enum Binding<'a> {
     Sampled(&'a Image, &'a Sampler),
     /// An image read through a sampler, and kept in the general layout since compute writes it, too.
     SampledGeneral(&'a Image, &'a Sampler),
-    /// A storage image.
+    /// One MIP level of an image, read through a sampler.
+    SampledLevel(&'a Image, &'a Sampler, u32),
+    /// A storage image of one level.
     Storage(&'a Image),
+    /// One MIP level of an image as a storage image.
+    StorageLevel(&'a Image, u32),
+    /// A storage buffer, all of it.
+    StorageBuffer(&'a Buffer),
     /// An input attachment.
     Input(&'a Image),
 }
@@ -25,10 +31,11 @@ impl Binding<'_> {
     fn kind(&self) -> vk::DescriptorType {
         match self {
             Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
-            Binding::Sampled(..) | Binding::SampledGeneral(..) => {
+            Binding::Sampled(..) | Binding::SampledGeneral(..) | Binding::SampledLevel(..) => {
                 vk::DescriptorType::COMBINED_IMAGE_SAMPLER
             }
-            Binding::Storage(_) => vk::DescriptorType::STORAGE_IMAGE,
+            Binding::Storage(_) | Binding::StorageLevel(..) => vk::DescriptorType::STORAGE_IMAGE,
+            Binding::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
             Binding::Input(_) => vk::DescriptorType::INPUT_ATTACHMENT,
         }
     }
@@ -41,18 +48,21 @@ impl Binding<'_> {
                 vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL
             }
         };
-        let (image, layout, sampler) = match self {
-            Binding::Uniform(_) => return None,
-            Binding::Sampled(image, sampler) => (image, read_only(image), sampler.raw),
-            Binding::SampledGeneral(image, sampler) => {
-                (image, vk::ImageLayout::GENERAL, sampler.raw)
+        let (none, general) = (vk::Sampler::null(), vk::ImageLayout::GENERAL);
+        let (view, layout, sampler) = match self {
+            Binding::Uniform(_) | Binding::StorageBuffer(_) => return None,
+            Binding::Sampled(image, sampler) => (image.view, read_only(image), sampler.raw),
+            Binding::SampledGeneral(image, sampler) => (image.view, general, sampler.raw),
+            Binding::SampledLevel(image, sampler, level) => {
+                (image.level_view(*level), read_only(image), sampler.raw)
             }
-            Binding::Storage(image) => (image, vk::ImageLayout::GENERAL, vk::Sampler::null()),
-            Binding::Input(image) => (image, read_only(image), vk::Sampler::null()),
+            Binding::Storage(image) => (image.view, general, none),
+            Binding::StorageLevel(image, level) => (image.level_view(*level), general, none),
+            Binding::Input(image) => (image.view, read_only(image), none),
         };
         Some(vk::DescriptorImageInfo {
             sampler,
-            image_view: image.view,
+            image_view: view,
             image_layout: layout,
         })
     }
@@ -138,11 +148,13 @@ impl DescriptorSets {
             for (i, binding) in (0..).zip(bindings) {
                 let image = binding.image().map(|info| [info]);
                 let buffer = match binding {
-                    Binding::Uniform(buffer) => Some([vk::DescriptorBufferInfo {
-                        buffer: buffer.raw,
-                        offset: 0,
-                        range: vk::WHOLE_SIZE,
-                    }]),
+                    Binding::Uniform(buffer) | Binding::StorageBuffer(buffer) => {
+                        Some([vk::DescriptorBufferInfo {
+                            buffer: buffer.raw,
+                            offset: 0,
+                            range: vk::WHOLE_SIZE,
+                        }])
+                    }
                     _ => None,
                 };
                 let mut write = vk::WriteDescriptorSet::default()

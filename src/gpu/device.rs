@@ -32,8 +32,10 @@ pub struct Candidate {
     pub limits: vk::PhysicalDeviceLimits,
     /// Whether R16G16_SNORM can be a colour attachment (else R16G16_SFLOAT is used).
     pub snorm_normals: bool,
-    /// Whether 32-bit floats can be filtered linearly.
+    /// Whether 32-bit floats can be filtered, by a bilinear tap or a blit.
     pub linear_floats: bool,
+    /// Whether RGBA32F images can be blitted from and to.
+    pub blit_float32: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -225,6 +227,7 @@ impl Candidate {
             linear_floats: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
                 .iter()
                 .all(|&format| offers(format, F::SAMPLED_IMAGE_FILTER_LINEAR)),
+            blit_float32: offers(vk::Format::R32G32B32A32_SFLOAT, F::BLIT_SRC | F::BLIT_DST),
             lacks,
         }
     }

@@ -1,5 +1,6 @@
 //! Two-dimensional images and samplers.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -18,21 +19,38 @@ pub struct ImageDesc {
     pub usage: vk::ImageUsageFlags,
 }
 
-/// An image of one level with its view and memory.
+/// An image with its MIP levels, views and memory.
 pub struct Image {
     pub(crate) raw: vk::Image,
+    /// Of all levels.
     pub(crate) view: vk::ImageView,
+    /// Of each level alone; empty where there is but one.
+    level_views: Vec<vk::ImageView>,
+    levels: u32,
     allocation: Option<Allocation>,
     desc: ImageDesc,
     device: Arc<Device>,
 }
 
 impl Image {
-    /// Makes an image; its contents and layout are undefined.
+    /// Makes an image of one level; its contents and layout are undefined.
     ///
     /// # Errors
     /// [`super::Error::OutOfMemory`] naming the image, or what the driver says.
     pub fn new(device: &Arc<Device>, name: &str, desc: ImageDesc) -> Result<Self> {
+        Self::with_levels(device, name, desc, 1)
+    }
+
+    /// Makes an image with every MIP level down to 1x1, as [`Image::new`].
+    ///
+    /// # Errors
+    /// As [`Image::new`].
+    pub fn with_all_levels(device: &Arc<Device>, name: &str, desc: ImageDesc) -> Result<Self> {
+        let levels = 1 + desc.size[0].max(desc.size[1]).max(1).ilog2();
+        Self::with_levels(device, name, desc, levels)
+    }
+
+    fn with_levels(device: &Arc<Device>, name: &str, desc: ImageDesc, levels: u32) -> Result<Self> {
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(desc.format)
@@ -41,7 +59,7 @@ impl Image {
                 height: desc.size[1],
                 depth: 1,
             })
-            .mip_levels(1)
+            .mip_levels(levels)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
@@ -55,6 +73,8 @@ impl Image {
         let mut image = Image {
             raw,
             view: vk::ImageView::null(),
+            level_views: Vec::new(),
+            levels,
             allocation: None,
             desc,
             device: Arc::clone(device),
@@ -69,23 +89,52 @@ impl Image {
         };
         image.allocation = Some(allocation);
         check("vkBindImageMemory", bound)?;
-        let view = vk::ImageViewCreateInfo::default()
-            .image(raw)
-            .view_type(vk::ImageViewType::TYPE_2D)
-            .format(desc.format)
-            .subresource_range(image.range());
-        // SAFETY: the image is bound, and the view covers what it has.
-        image.view = check("vkCreateImageView", unsafe {
-            device.raw.create_image_view(&view, None)
-        })?;
         device.name(raw, name);
+        image.view = image.new_view(image.range())?;
         device.name(image.view, name);
+        if levels > 1 {
+            for level in 0..levels {
+                let view = image.new_view(image.levels_range(level..level + 1))?;
+                image.level_views.push(view);
+                device.name(view, &format!("{name} {level}"));
+            }
+        }
         Ok(image)
+    }
+
+    fn new_view(&self, range: vk::ImageSubresourceRange) -> Result<vk::ImageView> {
+        let view = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(self.desc.format)
+            .subresource_range(range);
+        // SAFETY: the image is bound, and the view covers levels that it has.
+        check("vkCreateImageView", unsafe {
+            self.device.raw.create_image_view(&view, None)
+        })
     }
 
     /// Width and height in texels.
     pub fn size(&self) -> [u32; 2] {
         self.desc.size
+    }
+
+    /// How many MIP levels it has.
+    pub fn levels(&self) -> u32 {
+        self.levels
+    }
+
+    /// Width and height of MIP level `level`: halved and rounded down, but never below 1.
+    pub fn level_size(&self, level: u32) -> [u32; 2] {
+        self.desc.size.map(|side| (side >> level).max(1))
+    }
+
+    /// The view of MIP level `level` alone.
+    pub(crate) fn level_view(&self, level: u32) -> vk::ImageView {
+        self.level_views
+            .get(level as usize)
+            .copied()
+            .unwrap_or(self.view)
     }
 
     /// Texel format.
@@ -104,32 +153,46 @@ impl Image {
 
     /// All of it.
     pub(crate) fn range(&self) -> vk::ImageSubresourceRange {
+        self.levels_range(0..self.levels)
+    }
+
+    /// Some of its MIP levels.
+    pub(crate) fn levels_range(&self, levels: Range<u32>) -> vk::ImageSubresourceRange {
         vk::ImageSubresourceRange {
             aspect_mask: self.aspect(),
-            base_mip_level: 0,
-            level_count: 1,
+            base_mip_level: levels.start,
+            level_count: levels.end - levels.start,
             base_array_layer: 0,
             layer_count: 1,
         }
     }
 
-    /// The region that copies between all of it and a tightly packed buffer.
-    pub(crate) fn whole_copy(&self) -> vk::BufferImageCopy {
-        self.corner_copy(self.desc.size)
+    /// One of its MIP levels, as copies and blits name it.
+    pub(crate) fn layers(&self, level: u32) -> vk::ImageSubresourceLayers {
+        vk::ImageSubresourceLayers {
+            aspect_mask: self.aspect(),
+            mip_level: level,
+            base_array_layer: 0,
+            layer_count: 1,
+        }
+    }
+
+    /// The region that copies between all of a MIP level and a tightly packed buffer.
+    pub(crate) fn level_copy(&self, level: u32) -> vk::BufferImageCopy {
+        self.copy_of(level, self.level_size(level))
     }
 
     /// The region that copies between its first `size` texels and a tightly packed buffer.
     pub(crate) fn corner_copy(&self, size: [u32; 2]) -> vk::BufferImageCopy {
+        self.copy_of(0, size)
+    }
+
+    fn copy_of(&self, level: u32, [width, height]: [u32; 2]) -> vk::BufferImageCopy {
         vk::BufferImageCopy {
-            image_subresource: vk::ImageSubresourceLayers {
-                aspect_mask: self.aspect(),
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: 1,
-            },
+            image_subresource: self.layers(level),
             image_extent: vk::Extent3D {
-                width: size[0],
-                height: size[1],
+                width,
+                height,
                 depth: 1,
             },
             ..Default::default()
@@ -141,7 +204,9 @@ impl Drop for Image {
     fn drop(&mut self) {
         // SAFETY: owners wait for the device's last use before they drop the image.
         unsafe {
-            self.device.raw.destroy_image_view(self.view, None);
+            for &view in self.level_views.iter().chain([&self.view]) {
+                self.device.raw.destroy_image_view(view, None);
+            }
             self.device.raw.destroy_image(self.raw, None);
         }
         if let Some(allocation) = self.allocation.take() {

@@ -42,6 +42,9 @@ pub enum Error {
         /// Its size in bytes, where it is known.
         bytes: Option<u64>,
     },
+    /// What was asked is beyond this device, or beyond the method; the message says which.
+    #[error("{0}")]
+    Unsupported(String),
     /// The driver lost the device.
     #[error("the driver lost the device during {0}; run again, or choose another with --device")]
     DeviceLost(&'static str),

@@ -181,11 +181,16 @@ impl ComputePipeline {
 
     /// Dispatches enough groups of 8x8 to cover `size`.
     pub fn dispatch_8x8(&self, commands: vk::CommandBuffer, size: [u32; 2]) {
+        self.dispatch(commands, size.map(|side| side.div_ceil(8)));
+    }
+
+    /// Dispatches `groups` workgroups.
+    pub fn dispatch(&self, commands: vk::CommandBuffer, groups: [u32; 2]) {
         // SAFETY: the pipeline and its set are bound.
         unsafe {
             self.device
                 .raw
-                .cmd_dispatch(commands, size[0].div_ceil(8), size[1].div_ceil(8), 1);
+                .cmd_dispatch(commands, groups[0], groups[1], 1);
         }
     }
 }

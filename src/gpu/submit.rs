@@ -171,7 +171,7 @@ pub fn upload_buffer(
     Ok(target)
 }
 
-/// Fills `image` with tightly packed texels through a staging buffer, leaves it in `after`, and waits.
+/// Fills the first MIP level of `image` with tightly packed texels through a staging buffer, leaves it in `after`, and waits.
 ///
 /// # Errors
 /// As [`upload_buffer`].
@@ -206,7 +206,7 @@ pub fn upload_image(
             staging.raw,
             image.raw,
             vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-            &[image.whole_copy()],
+            &[image.level_copy(0)],
         );
     }
     barrier::image(
@@ -281,22 +281,33 @@ pub fn record_upload(
     }
 }
 
-/// Records the copy of all of `image`, which is in [`Use::COPY_SOURCE`], to `buffer`, and
-/// makes it visible to the host.
+/// Records the copy of the first MIP level of `image`, which is in [`Use::COPY_SOURCE`], to
+/// `buffer`, and makes it visible to the host.
 pub fn record_readback(
     device: &Device,
     commands: vk::CommandBuffer,
     image: &Image,
     buffer: &Buffer,
 ) {
-    // SAFETY: `commands` is being recorded; image and buffer are alive and of one size.
+    record_level_readback(device, commands, image, 0, buffer);
+}
+
+/// As [`record_readback`], for MIP level `level`.
+pub fn record_level_readback(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    image: &Image,
+    level: u32,
+    buffer: &Buffer,
+) {
+    // SAFETY: `commands` is being recorded; level and buffer are alive and of one size.
     unsafe {
         device.raw.cmd_copy_image_to_buffer(
             commands,
             image.raw,
             vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
             buffer.raw,
-            &[image.whole_copy()],
+            &[image.level_copy(level)],
         );
     }
     barrier::buffer(
@@ -307,4 +318,62 @@ pub fn record_readback(
         Use::COPY_TARGET,
         Use::HOST_READ,
     );
+}
+
+/// Records that every texel of `image`, a colour image in [`Use::CLEAR_TARGET`], becomes `value`.
+pub fn record_clear(device: &Device, commands: vk::CommandBuffer, image: &Image, value: [f32; 4]) {
+    let value = vk::ClearColorValue { float32: value };
+    // SAFETY: `commands` is being recorded outside a render pass; the image is alive and in this
+    // layout.
+    unsafe {
+        device.raw.cmd_clear_color_image(
+            commands,
+            image.raw,
+            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            &value,
+            &[image.range()],
+        );
+    }
+}
+
+/// Records the filtered copy of the first `extent` texels a side of MIP level `source.1` of
+/// `source.0`, in [`Use::BLIT_SOURCE`], to all of level `target.1` of `target.0`, in
+/// [`Use::BLIT_TARGET`].
+///
+/// A texel of the target is a bilinear tap of the source: where `extent` is twice the target's
+/// size, the mean of 2x2 texels.
+pub fn record_blit(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    source: (&Image, u32),
+    extent: [u32; 2],
+    target: (&Image, u32),
+) {
+    let corners = |[width, height]: [u32; 2]| {
+        let end = vk::Offset3D {
+            x: width as i32,
+            y: height as i32,
+            z: 1,
+        };
+        [vk::Offset3D::default(), end]
+    };
+    let region = vk::ImageBlit {
+        src_subresource: source.0.layers(source.1),
+        src_offsets: corners(extent),
+        dst_subresource: target.0.layers(target.1),
+        dst_offsets: corners(target.0.level_size(target.1)),
+    };
+    // SAFETY: `commands` is being recorded; both levels are alive, in these layouts, and of
+    // formats that the caller has found to be fit for it.
+    unsafe {
+        device.raw.cmd_blit_image(
+            commands,
+            source.0.raw,
+            vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+            target.0.raw,
+            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            &[region],
+            vk::Filter::LINEAR,
+        );
+    }
 }

@@ -1,5 +1,6 @@
 //! What marmor tells about pictures: files, comparisons, statistics. Sees plain results.
 
+pub mod bench;
 pub mod compare;
 pub mod glyphs;
 pub mod heatmap;
@@ -7,6 +8,7 @@ pub mod image;
 pub mod output;
 pub mod stats;
 
+pub use bench::Bench;
 pub use compare::{Comparison, Domain, compare};
 pub use image::{Format, Image};
 pub use output::Output;

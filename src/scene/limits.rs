@@ -12,6 +12,8 @@ pub const SIDE: std::ops::RangeInclusive<u32> = 1..=16384;
 pub const SAMPLES: std::ops::RangeInclusive<u32> = 1..=256;
 /// Texels along a side of the light map.
 pub const LIGHT_MAP: std::ops::RangeInclusive<u32> = 16..=8192;
+/// Rounds of a benchmark.
+pub const ROUNDS: std::ops::RangeInclusive<u32> = 1..=10_000;
 /// Frames averaged into a picture.
 pub const FRAMES_AVERAGED: std::ops::RangeInclusive<u32> = 1..=1_000_000;
 /// Largest coefficient, mm^-1: what the device computes in float32 stays finite.
@@ -74,6 +76,14 @@ pub fn samples(value: i64) -> Result<u32, String> {
 /// The phrase that names the range.
 pub fn light_map(value: i64) -> Result<u32, String> {
     whole(value, &LIGHT_MAP)
+}
+
+/// Rounds of a benchmark, in [`ROUNDS`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn rounds(value: i64) -> Result<u32, String> {
+    whole(value, &ROUNDS)
 }
 
 /// Frames averaged, in [`FRAMES_AVERAGED`].
