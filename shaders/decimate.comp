@@ -21,12 +21,12 @@ layout(push_constant) uniform Halving {
 
 // Two texels of weights 1/8 and 3/8 an axis are one bilinear tap of weight 1/2, three quarters of
 // a texel from the middle.
-vec4 halved(sampler2D tex, vec2 middle, vec2 size) {
+vec4 halved(sampler2D tex, vec2 middle, vec2 unit) {
     const float tap = 0.75;
-    return 0.25 * ((FETCH_LINEAR(tex, middle + vec2(-tap, -tap), size)
-                  + FETCH_LINEAR(tex, middle + vec2(tap, -tap), size))
-                 + (FETCH_LINEAR(tex, middle + vec2(-tap, tap), size)
-                  + FETCH_LINEAR(tex, middle + vec2(tap, tap), size)));
+    return 0.25 * ((FETCH_LINEAR(tex, middle + vec2(-tap, -tap), unit)
+                  + FETCH_LINEAR(tex, middle + vec2(tap, -tap), unit))
+                 + (FETCH_LINEAR(tex, middle + vec2(-tap, tap), unit)
+                  + FETCH_LINEAR(tex, middle + vec2(tap, tap), unit)));
 }
 
 void main() {
@@ -34,9 +34,9 @@ void main() {
     if (texel.x >= halving.size.x || texel.y >= halving.size.y) return;
     texel -= 1;
     vec2 middle = vec2(halving.from + 2 * texel + 1);
-    vec2 size = vec2(textureSize(source, 0));
-    imageStore(target, halving.to + texel, halved(source, middle, size));
+    vec2 unit = 1.0 / vec2(textureSize(source, 0));
+    imageStore(target, halving.to + texel, halved(source, middle, unit));
 #ifdef FOURTH
-    imageStore(target_fourth, halving.to + texel, halved(source_fourth, middle, size));
+    imageStore(target_fourth, halving.to + texel, halved(source_fourth, middle, unit));
 #endif
 }

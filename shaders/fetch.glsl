@@ -7,23 +7,24 @@
 // The nearest texel, or the border, at texel coordinates `st` of a texture of `size` texels.
 #define FETCH_NEAREST(tex, st, size) textureLod(tex, (st) / vec2(size), 0.0)
 
-// Bilinear tap at texel coordinates `st` of a texture of `size` texels: texel (i, j) has its centre
-// at (i + 1/2, j + 1/2). NO_LINEAR is for devices that cannot filter the texture's format, and has
-// a sampler of the nearest texel.
+// Bilinear tap at texel coordinates `st` of MIP level `level`, whose texels are `texel` = 1 / size
+// of the texture: texel (i, j) has its centre at (i + 1/2, j + 1/2). NO_LINEAR is for devices that
+// cannot filter the texture's format, and has a sampler of the nearest texel.
 #ifdef NO_LINEAR
-vec4 fetch_linear(sampler2D tex, vec2 st, vec2 size) {
+vec4 fetch_linear(sampler2D tex, vec2 st, vec2 texel, float level) {
     vec2 f = fract(st - 0.5);
     vec2 corner = st - f;
-    vec4 low = mix(FETCH_NEAREST(tex, corner, size),
-                   FETCH_NEAREST(tex, corner + vec2(1.0, 0.0), size), f.x);
-    vec4 high = mix(FETCH_NEAREST(tex, corner + vec2(0.0, 1.0), size),
-                    FETCH_NEAREST(tex, corner + vec2(1.0, 1.0), size), f.x);
+    vec4 low = mix(textureLod(tex, corner * texel, level),
+                   textureLod(tex, (corner + vec2(1.0, 0.0)) * texel, level), f.x);
+    vec4 high = mix(textureLod(tex, (corner + vec2(0.0, 1.0)) * texel, level),
+                    textureLod(tex, (corner + vec2(1.0, 1.0)) * texel, level), f.x);
     return mix(low, high, f.y);
 }
-#define FETCH_LINEAR(tex, st, size) fetch_linear(tex, st, vec2(size))
+#define FETCH_LINEAR_LEVEL(tex, st, texel, level) fetch_linear(tex, st, texel, level)
 #else
-#define FETCH_LINEAR(tex, st, size) textureLod(tex, (st) / vec2(size), 0.0)
+#define FETCH_LINEAR_LEVEL(tex, st, texel, level) textureLod(tex, (st) * (texel), level)
 #endif
+#define FETCH_LINEAR(tex, st, texel) FETCH_LINEAR_LEVEL(tex, st, texel, 0.0)
 
 // For each of the 2x2 texels around `st`, whether it is at least as deep as `reference`: x and y
 // in the higher row, w and z in the lower, from left to right.

@@ -7,6 +7,9 @@
 layout(location = 0) in vec3 in_normal;
 layout(location = 1) in float in_z;
 layout(location = 0) out vec4 out_moments;
+#ifdef FOURTH
+layout(location = 1) out float out_fourth;
+#endif
 
 void main() {
     vec3 n = normalize(in_normal);
@@ -15,4 +18,7 @@ void main() {
     float w = fresnel_transmittance(-dot(n, frame.light_z.xyz), frame.sigma_tr.w);
     float wz = w * in_z;
     out_moments = vec4(w, wz, wz * in_z, wz * in_z * in_z);
+#ifdef FOURTH
+    out_fourth = out_moments.w * in_z;
+#endif
 }

@@ -110,6 +110,12 @@ vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
     return frame.irradiance.rgb * sum;
 }
 
+#elif defined(METHOD_RINGS)
+#include "rings.glsl"
+
+#elif defined(METHOD_MIXTURE)
+#include "mixture.glsl"
+
 #elif defined(METHOD_BRDF)
 
 // No transport: what enters leaves at the same point.

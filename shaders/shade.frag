@@ -12,7 +12,16 @@ layout(input_attachment_index = 1, binding = 2) uniform subpassInput view_normal
 layout(input_attachment_index = 2, binding = 3) uniform subpassInput back_depth;
 layout(binding = 4) uniform sampler2D moments;
 layout(binding = 5) uniform sampler2DShadow light_depth;
+#if defined(METHOD_SAMPLES)
 layout(binding = 6) uniform sampler2D blue_noise;
+#elif defined(METHOD_RINGS)
+layout(binding = 6) uniform sampler2D boxes;
+#elif defined(METHOD_MIXTURE)
+layout(binding = 6) uniform sampler2D smoothed;
+#if defined(FOURTH)
+layout(binding = 7) uniform sampler2D smoothed_fourth;
+#endif
+#endif
 
 // Before any work: pixels that nothing covers must cost nothing.
 layout(early_fragment_tests) in;

@@ -25,6 +25,8 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 r_tot;          // total diffuse reflectance per channel
     vec4 sequence;       // offsets of radius and angle of this frame's samples; z: 1 / (frames so far + 1)
     vec4 background;     // linear rgb; w: 1 where it is put behind the picture
+    vec4 level_weights[9];  // of each level of the mixture: W s per channel; w: s^2, both with s over the half depth range
+    vec4 level_places[9];   // 2^-level, and the level's corner in the atlas, texels
 } frame;
 
 // Depth of the clip range that the caster's depth range fills, so that its ends are never clipped.

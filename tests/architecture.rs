@@ -76,9 +76,9 @@ fn imports(code: &str) -> Vec<String> {
 #[test]
 fn layers_import_downwards_only() {
     let allowed: &[(&str, &[&str])] = &[
-        ("scene", &["scene"]),
+        ("scene", &["scene", "optics"]),
         ("optics", &["optics"]),
-        ("ledger", &["ledger", "scene"]),
+        ("ledger", &["ledger", "scene", "optics"]),
         ("cpu", &["cpu", "optics", "scene", "ledger"]),
         ("gpu", &["gpu"]),
         (

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use marmor::frame::shaders;
 use marmor::gpu::Shader;
-use marmor::ledger;
+use marmor::ledger::{self, Filter, INPUT, TEXEL};
 use marmor::scene::{Method, Request};
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Dim, Op, Word};
@@ -67,11 +67,11 @@ fn sites(shader: &Shader) -> Sites {
 /// What is declared of `pass`: fetches and input reads a pixel.
 fn declared(request: Request, pass: &str) -> Sites {
     let plan = request.plan().expect("a plan");
-    let lines = ledger::declared(&plan);
+    let lines = ledger::declared(&plan, Filter::Linear);
     let sum = |input: bool| {
         let of_kind = lines
             .iter()
-            .filter(|l| l.pass == pass && (l.term == "input") == input);
+            .filter(|l| l.pass == pass && (l.term == INPUT) == input && l.term != TEXEL);
         of_kind.map(|l| l.per_pixel).sum()
     };
     Sites {

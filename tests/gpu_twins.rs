@@ -8,7 +8,8 @@ use common::shapes;
 use glam::DVec3;
 use marmor::cpu::{self, shade::Shading};
 use marmor::frame::Renderer;
-use marmor::scene::{Jitter, Mesh, Multiple, Plan};
+use marmor::ledger::Filter;
+use marmor::scene::{Jitter, Mesh, Mixture, Multiple, Plan};
 
 const SIZE: [u32; 2] = [160, 120];
 
@@ -208,7 +209,8 @@ fn compare_shading(device: &TestDevice, plan: &Plan) -> (Vec<[f64; 4]>, Vec<[f64
     let map = device::light_map(&mut renderer);
     let gbuffer = device::gbuffer(&mut renderer, plan.size);
     let noise = cpu::shade::noise();
-    let shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    shading.reduce(plan.multiple);
     let twin = cpu::shade::shade(
         &gbuffer,
         &renderer.view(0),
@@ -324,6 +326,86 @@ fn samples() {
     }
 }
 
+/// Deterministic pictures agree pixel by pixel to `tolerance` of the brightest.
+fn agree(what: &str, twin: &[[f64; 4]], gpu: &[[f64; 4]], tolerance: f64) {
+    let worst = worst(twin, gpu);
+    assert!(worst < tolerance, "{what}: {worst} of the brightest pixel");
+}
+
+#[test]
+fn rings() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for (name, n) in [("marble", 8), ("skin1", 5), ("ketchup", 1)] {
+        let mut plan = marble([60.0, 35.0], Multiple::Rings(n));
+        plan.scene.material = medium(name).material();
+        let (twin, gpu) = compare_shading(&device, &plan);
+        agree(name, &twin, &gpu, 1e-4);
+    }
+}
+
+#[test]
+fn mixture() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let from = |level| Mixture {
+        fourth_from: Some(level),
+        ..Mixture::THREE
+    };
+    let half = |mixture| Mixture {
+        level_step: 2,
+        ..mixture
+    };
+    for (name, mixture) in [
+        ("marble", Mixture::THREE),
+        ("ketchup", Mixture::THREE),
+        ("spectralon", half(Mixture::THREE)),
+        ("marble", Mixture::FOUR),
+        ("skin1", from(2)),
+        ("wholemilk", half(Mixture::FOUR)),
+    ] {
+        let mut plan = marble([60.0, 35.0], Multiple::Mixture(mixture));
+        plan.scene.material = medium(name).material();
+        let (twin, gpu) = compare_shading(&device, &plan);
+        // Differences of moments in float32 are worth less the narrower the kernel: the worst
+        // pixel lies where two surfaces meet, and the picture as a whole is ten times closer.
+        let what = format!("{name}, {mixture}");
+        agree(&what, &twin, &gpu, 6e-3);
+        let rr = device::rr(&twin, &gpu);
+        assert!(rr < 1e-3, "{what}: rr {rr}");
+    }
+}
+
+/// A device that cannot filter 32-bit floats draws the same picture from four reads a tap.
+#[test]
+fn taps_of_four_texels_are_bilinear_taps() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for multiple in [
+        Multiple::Rings(8),
+        Multiple::Mixture(Mixture::THREE),
+        Multiple::Mixture(Mixture::FOUR),
+    ] {
+        let plan = marble([60.0, 35.0], multiple);
+        let draw = |filter| {
+            let mut renderer =
+                Renderer::with_filter(&device.device, &plan, false, false, filter).expect("one");
+            renderer.render(&mut |_| ()).expect("a picture");
+            device::wide(&renderer.radiance().expect("radiance"))
+        };
+        let texels = draw(Filter::Texels);
+        if device.device.candidate().linear_floats {
+            // Hardware filters by weights of 8 bits.
+            agree(&multiple.to_string(), &draw(Filter::Linear), &texels, 5e-3);
+        }
+        let rr = device::rr(&texels, &compare_shading(&device, &plan).0);
+        assert!(rr < 2e-3, "{multiple}: rr {rr}");
+    }
+}
+
 #[test]
 fn resolve() {
     let Some(device) = device::device() else {
@@ -389,6 +471,13 @@ fn frames_do_not_race_with_each_other() {
     for (multiple, split, keep) in [
         (Multiple::Samples(8), None, false),
         (Multiple::Samples(8), Some(Multiple::Brdf), true),
+        (Multiple::Rings(6), None, false),
+        (Multiple::Mixture(Mixture::FOUR), None, false),
+        (
+            Multiple::Mixture(Mixture::THREE),
+            Some(Multiple::Rings(8)),
+            true,
+        ),
     ] {
         let mut plan = marble([60.0, 35.0], multiple);
         plan.split = split;

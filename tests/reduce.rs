@@ -10,10 +10,9 @@ use common::random::Random;
 use common::shapes;
 use glam::DVec2;
 use marmor::cpu::reduce::{self, Level};
-use marmor::frame::targets::PyramidDesc;
 use marmor::frame::{Renderer, Target, reduce_alone};
 use marmor::scene::pyramid::Atlas;
-use marmor::scene::{Jitter, Multiple, Plan};
+use marmor::scene::{Jitter, Mixture, Multiple, Plan};
 
 /// Texels of premultiplied depth moments up to the fourth; a third of them are empty.
 fn moments(size: [u32; 2], seed: u64) -> Vec<[f64; 5]> {
@@ -284,14 +283,18 @@ fn levels_are_the_twins_by_bilinear_taps() {
     }
 }
 
-/// A frame with a pyramid: its levels are the twin's of what the light pass drew, its picture is
-/// that of a frame without, and two frames in one submit do not race.
+/// A frame whose left half is the mixture: the levels are the twin's of what the light pass drew,
+/// the right half is that of a frame without a pyramid, and two frames in one submit do not race.
 #[test]
 fn a_frame_reduces_what_its_light_pass_drew() {
     let Some(device) = device::device() else {
         return;
     };
-    let plan = |multiple| {
+    for (multiple, mixture) in [
+        (Multiple::Samples(12), Mixture::THREE),
+        (Multiple::Exact, Mixture::THREE),
+        (Multiple::Rings(7), Mixture::FOUR),
+    ] {
         let mut plan = device::plan(
             shapes::bumpy(20.0, 5),
             medium("marble").material(),
@@ -302,49 +305,60 @@ fn a_frame_reduces_what_its_light_pass_drew() {
         );
         plan.jitter = Jitter::All;
         plan.frames_averaged = 2;
-        plan
-    };
-    let desc = PyramidDesc {
-        levels: 1..=7,
-        fourth: false,
-        linear: true,
-    };
-    let new = |plan: &Plan, pyramid: Option<PyramidDesc>| {
-        Renderer::with_pyramid(&device.device, plan, false, false, pyramid).expect("a renderer")
-    };
-    for multiple in [Multiple::Samples(12), Multiple::Exact] {
-        let plan = plan(multiple);
-        let mut flat = new(&plan, None);
+        let new = |plan: &Plan| Renderer::new(&device.device, plan, false, false).expect("one");
+        let mut flat = new(&plan);
         flat.render(&mut |_| ()).expect("a picture");
-        let mut renderer = new(&plan, Some(desc.clone()));
+        plan.split = Some(Multiple::Mixture(mixture));
+        let mut renderer = new(&plan);
         renderer.render(&mut |_| ()).expect("a picture");
-        let picture = flat.radiance().expect("radiance");
+        let whole = flat.radiance().expect("radiance");
+        let picture = renderer.radiance().expect("radiance");
+        let right = |image: &[[f32; 4]]| -> Vec<[f32; 4]> {
+            image
+                .chunks(96)
+                .flat_map(|row| row[48..].to_vec())
+                .collect()
+        };
         assert!(
-            picture == renderer.radiance().expect("radiance"),
+            right(&whole) == right(&picture),
             "{multiple:?}: another picture"
         );
 
         let side = plan.light_map;
+        let levels = plan.levels(mixture, renderer.light_frame(0).texel);
         let mut read = |target| renderer.read(target).expect("an image");
-        let drawn: Vec<_> = read(Target::LightMoments)
-            .iter()
-            .map(|m| [m[0], m[1], m[2], m[3], 0.0].map(f64::from))
+        let fourth = mixture.fourth_from.is_some();
+        let joined = |[main, fourth]: [Vec<[f32; 4]>; 2]| -> Vec<[f32; 5]> {
+            let pairs = main.iter().zip(&fourth);
+            pairs.map(|(m, f)| [m[0], m[1], m[2], m[3], f[0]]).collect()
+        };
+        let with = |read: &mut dyn FnMut(Target) -> Vec<[f32; 4]>, targets: [Target; 2]| {
+            let main = read(targets[0]);
+            let none = vec![[0.0; 4]; main.len()];
+            joined([main, if fourth { read(targets[1]) } else { none }])
+        };
+        let pyramid = with(&mut read, [Target::LightPyramid, Target::FourthPyramid]);
+        let image = with(&mut read, [Target::LightSmoothed, Target::FourthSmoothed]);
+        let atlas = Atlas::new([side, side], levels.last() + 1);
+        let width = atlas.size[0] as usize;
+        let drawn: Vec<[f64; 5]> = pyramid
+            .chunks(width)
+            .take(side as usize)
+            .flat_map(|row| row[..side as usize].iter().map(|m| m.map(f64::from)))
             .collect();
         assert!(drawn.iter().any(|m| m[0] > 0.5), "nothing is lit");
-        let wide = |image: Vec<[f32; 4]>| -> Vec<[f32; 5]> {
-            let wide = |m: &[f32; 4]| [m[0], m[1], m[2], m[3], 0.0];
-            image.iter().map(wide).collect()
-        };
-        let atlas = Atlas::new([side, side], 8);
-        let twin = reduce::pyramid(Level::base([side, side], &drawn), 8);
+        for m in &drawn {
+            let z = m[1] / m[0].max(1e-6);
+            let expected = if fourth { m[3] * z } else { 0.0 };
+            assert!((m[4] - expected).abs() < 1e-5, "{m:?}");
+        }
+        let twin = reduce::pyramid(Level::base([side, side], &drawn), levels.last() + 1);
         let all: Vec<_> = (0..).zip(twin).collect();
-        let pyramid = wide(read(Target::LightPyramid));
         compare("pyramid", &atlas, &pyramid, &all, ROUNDING);
-        let smoothed: Vec<_> = all[1..]
+        let smoothed: Vec<_> = all[levels.first as usize..]
             .iter()
             .map(|(k, level)| (*k, reduce::smooth(level)))
             .collect();
-        let image = wide(read(Target::LightSmoothed));
         compare("smoothed", &atlas, &image, &smoothed, ROUNDING);
 
         if multiple != Multiple::Exact {

@@ -2,7 +2,10 @@
 
 use std::mem::offset_of;
 
-use marmor::frame::{shaders, uniforms::Uniforms};
+use marmor::frame::{
+    shaders,
+    uniforms::{LevelTable, Uniforms},
+};
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Decoration, Op};
 
@@ -54,8 +57,13 @@ fn offsets_agree() {
         offset_of!(Uniforms, r_tot),
         offset_of!(Uniforms, sequence),
         offset_of!(Uniforms, background),
+        offset_of!(Uniforms, levels),
+        offset_of!(Uniforms, levels) + offset_of!(LevelTable, places),
     ]
     .map(|offset| offset as u32);
     assert_eq!(offsets, mirror);
-    assert_eq!(size_of::<Uniforms>(), mirror[18] as usize + 16);
+    assert_eq!(
+        size_of::<Uniforms>(),
+        offsets[offsets.len() - 1] as usize + 9 * 16
+    );
 }

@@ -5,8 +5,9 @@ use super::progress::Bar;
 use super::values::{self, Background, Direction, Orbit, SingleOff};
 use super::{Global, print};
 use crate::frame;
+use crate::optics::mixture::Fit;
 use crate::report::{self, Format, Output, Stats, stats};
-use crate::scene::{Jitter, Material, Method, Plan, Request, Viewpoint};
+use crate::scene::{Jitter, Material, Method, Mixture, Plan, Request, Viewpoint};
 use clap::Args;
 use glam::DVec3;
 use std::path::PathBuf;
@@ -100,13 +101,38 @@ pub(super) struct Arguments {
     /// Multiple scattering [default: samples]
     ///
     /// none; brdf: no transport, the opaque baseline; samples: importance-sampled Monte
-    /// Carlo; exact: the sum over every texel of the light map, the slow reference.
-    #[arg(long, value_name = "none|brdf|samples|exact", value_parser = values::method, help_heading = "Method")]
+    /// Carlo; rings: square rings of a MIP pyramid, as published in 2007; mixture: Gaussians
+    /// from a pyramid of depth moments, smooth in a handful of fetches; exact: the sum over
+    /// every texel of the light map, the slow reference.
+    #[arg(long, value_name = "none|brdf|samples|rings|mixture|exact", value_parser = values::method, help_heading = "Method")]
     multiple: Option<Method>,
 
     /// Samples a pixel, from 1 to 256, for the method samples [default: 30]
     #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true, help_heading = "Method")]
     samples: Option<u32>,
+
+    /// Rings, from 1 to 14, for the method rings [default: 8]
+    #[arg(long, value_name = "N", value_parser = values::rings, allow_hyphen_values = true, help_heading = "Method")]
+    rings: Option<u32>,
+
+    /// Moments of depth that the mixture reads, 3 or 4; the fourth is a second texture [default: 3]
+    #[arg(long, value_name = "3|4", value_parser = values::moments, allow_hyphen_values = true, help_heading = "Method")]
+    moments: Option<u32>,
+
+    /// First level of the mixture that reads the fourth moment, with --moments 4 [default: 0]
+    #[arg(long, value_name = "LEVEL", value_parser = values::level, allow_hyphen_values = true, help_heading = "Method")]
+    fourth_from: Option<u32>,
+
+    /// 1: the mixture taps every level; 2: every second, at half the fetches [default: 1]
+    #[arg(long, value_name = "1|2", value_parser = values::level_step, allow_hyphen_values = true, help_heading = "Method")]
+    level_step: Option<u32>,
+
+    /// Where the weights of the mixture come from [default: best]
+    ///
+    /// closed: the closed form; fitted: non-negative least squares on the edge response;
+    /// best: whichever is nearer to R_d, channel by channel.
+    #[arg(long, value_name = "closed|fitted|best", value_parser = Mixture::weights, help_heading = "Method")]
+    weights: Option<Fit>,
 
     /// Draw the left half of the picture by another method
     #[arg(long, value_name = "METHOD", value_parser = values::method, help_heading = "Method")]
@@ -182,6 +208,11 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     set(&mut request.unit, &arguments.unit);
     set(&mut request.multiple, &arguments.multiple);
     set(&mut request.samples, &arguments.samples);
+    set(&mut request.rings, &arguments.rings);
+    set(&mut request.moments, &arguments.moments);
+    set(&mut request.fourth_from, &arguments.fourth_from);
+    set(&mut request.level_step, &arguments.level_step);
+    set(&mut request.weights, &arguments.weights);
     set(&mut request.specular, &arguments.specular);
     set(&mut request.light_map, &arguments.light_map);
     set(&mut request.split, &arguments.split.map(Some));
@@ -218,15 +249,35 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     }
 
     // A flag that would do nothing is a mistake that a picture would not show.
-    if let Some(samples) = arguments.samples
-        && request.multiple != Method::Samples
-        && request.split != Some(Method::Samples)
-    {
+    let idle = [
+        ("--samples", arguments.samples.is_some(), Method::Samples),
+        ("--rings", arguments.rings.is_some(), Method::Rings),
+        ("--moments", arguments.moments.is_some(), Method::Mixture),
+        (
+            "--fourth-from",
+            arguments.fourth_from.is_some(),
+            Method::Mixture,
+        ),
+        (
+            "--level-step",
+            arguments.level_step.is_some(),
+            Method::Mixture,
+        ),
+        ("--weights", arguments.weights.is_some(), Method::Mixture),
+    ]
+    .into_iter()
+    .find(|&(_, given, of)| given && request.multiple != of && request.split != Some(of));
+    if let Some((flag, _, of)) = idle {
         return Err(Failure::Input(format!(
-            "--samples {samples} has no effect on the method {}; drop it, or add \
-             --multiple samples",
-            request.multiple.name()
+            "{flag} has no effect on the method {}; drop it, or add --multiple {}",
+            request.multiple.name(),
+            of.name(),
         )));
+    }
+    if arguments.fourth_from.is_some() && request.moments != 4 {
+        return Err(Failure::Input(
+            "--fourth-from has no effect on 3 moments; drop it, or add --moments 4".to_owned(),
+        ));
     }
     Ok(request.plan()?)
 }

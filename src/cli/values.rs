@@ -59,6 +59,22 @@ pub(super) fn samples(text: &str) -> Result<u32, String> {
     limits::samples(whole(text)?)
 }
 
+pub(super) fn rings(text: &str) -> Result<u32, String> {
+    limits::rings(whole(text)?)
+}
+
+pub(super) fn moments(text: &str) -> Result<u32, String> {
+    limits::moments(whole(text)?)
+}
+
+pub(super) fn level(text: &str) -> Result<u32, String> {
+    limits::level(whole(text)?)
+}
+
+pub(super) fn level_step(text: &str) -> Result<u32, String> {
+    limits::level_step(whole(text)?)
+}
+
 pub(super) fn light_map(text: &str) -> Result<u32, String> {
     limits::light_map(whole(text)?)
 }

@@ -21,6 +21,8 @@ pub struct LightMap {
     /// w = coverage times Fresnel transmittance at the incidence of the light, z_n the
     /// normalised depth of [`LightFrame`]. Zeros where nothing was hit.
     pub moments: Vec<[f64; 4]>,
+    /// The fourth moment, w z_n^4, of each texel.
+    pub fourth: Vec<f64>,
     /// Depth-buffer value of each texel, see [`depth_of`]; 1 where nothing was hit.
     pub depth: Vec<f64>,
 }
@@ -47,11 +49,11 @@ pub fn draw(mesh: &Mesh, frame: &LightFrame, eta: f64) -> LightMap {
     let size = frame.size as usize;
     let clip: Vec<DVec4> = mesh.positions.iter().map(|&p| to_clip(frame, p)).collect();
     let fragments = raster::rasterise(&clip, &mesh.triangles, size, size, Cull::None);
-    let moments = fragments
+    let (moments, fourth) = fragments
         .iter()
         .map(|fragment| {
             let Some(fragment) = fragment else {
-                return [0.0; 4];
+                return ([0.0; 4], 0.0);
             };
             let corners = mesh.triangles[fragment.triangle];
             let z_n = interpolate(fragment, corners, |i| {
@@ -62,9 +64,10 @@ pub fn draw(mesh: &Mesh, frame: &LightFrame, eta: f64) -> LightMap {
             let turn = if fragment.front_facing { -1.0 } else { 1.0 };
             let normal = turn * normal(mesh, fragment);
             let w = fresnel::transmittance(normal.dot(frame.to_light).max(0.0), eta);
-            [w, w * z_n, w * z_n * z_n, w * z_n * z_n * z_n]
+            let moment = |k| w * z_n.powi(k);
+            ([w, moment(1), moment(2), moment(3)], moment(4))
         })
-        .collect();
+        .unzip();
     let depth = fragments
         .iter()
         .map(|f| f.map_or(1.0, |f| f.depth))
@@ -72,6 +75,7 @@ pub fn draw(mesh: &Mesh, frame: &LightFrame, eta: f64) -> LightMap {
     LightMap {
         frame: frame.clone(),
         moments,
+        fourth,
         depth,
     }
 }

@@ -16,6 +16,13 @@ pub enum Target {
     LightPyramid,
     /// The pyramid smoothed; without a pyramid as [`Target::LightPyramid`].
     LightSmoothed,
+    /// T1, the fourth moment of the light map, where the plan asks for one; else as
+    /// [`Target::LightMoments`].
+    LightFourth,
+    /// The whole image of the fourth moment, as [`Target::LightPyramid`] is of T0.
+    FourthPyramid,
+    /// The fourth moment smoothed.
+    FourthSmoothed,
     /// D32 depth of the nearest back face.
     BackDepth,
     /// D32 depth of the view.
@@ -36,14 +43,23 @@ impl Renderer {
     /// What the driver says.
     pub fn read(&mut self, target: Target) -> gpu::Result<Vec<[f32; 4]>> {
         let exact = self.exact.is_some();
+        let pyramid = self.map.pyramid.as_ref();
+        let fourth = pyramid.and_then(|p| p.fourth.as_ref());
         let (image, state): (&Image, Use) = match target {
             Target::LightDepth => (&self.map.depth, Use::FRAGMENT_SAMPLE_DEPTH),
             Target::LightMoments | Target::LightPyramid => {
                 (&self.map.moments, Use::FRAGMENT_SAMPLE)
             }
             Target::LightSmoothed => {
-                let pyramid = self.map.pyramid.as_ref();
                 let image = pyramid.map_or(&self.map.moments, |p| &p.smoothed);
+                (image, Use::FRAGMENT_SAMPLE)
+            }
+            Target::LightFourth | Target::FourthPyramid => {
+                let image = fourth.map_or(&self.map.moments, |f| &f.moments);
+                (image, Use::FRAGMENT_SAMPLE)
+            }
+            Target::FourthSmoothed => {
+                let image = fourth.map_or(&self.map.moments, |f| &f.smoothed);
                 (image, Use::FRAGMENT_SAMPLE)
             }
             Target::BackDepth => (
@@ -119,7 +135,7 @@ impl Renderer {
                 .map(|&x| [x, 0.0, 0.0, 0.0])
                 .collect(),
         };
-        if target == Target::LightMoments {
+        if matches!(target, Target::LightMoments | Target::LightFourth) {
             // Level 0, without what lies beside and below it.
             let side = self.plan.light_map as usize;
             let rows = texels.chunks_exact(width as usize).take(side);

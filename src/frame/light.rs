@@ -15,6 +15,7 @@ use crate::gpu::{
 
 /// The pass that draws the light map.
 pub struct LightPass {
+    colors: usize,
     pass: RenderPass,
     sets: DescriptorSets,
     pipeline: GraphicsPipeline,
@@ -37,18 +38,22 @@ impl LightPass {
         };
         let color_layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
         let depth_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-        let attachments = [
-            attachment(&map.moments, color_layout),
-            attachment(&map.depth, depth_layout),
-        ];
-        let color = [vk::AttachmentReference {
-            attachment: 0,
-            layout: color_layout,
-        }];
+        let fourth = map.pyramid.as_ref().and_then(|p| p.fourth.as_ref());
+        let colors: Vec<_> = std::iter::once(&map.moments)
+            .chain(fourth.map(|f| &f.moments))
+            .collect();
+        let mut attachments = vec![attachment(&map.depth, depth_layout)];
+        attachments.extend(colors.iter().map(|image| attachment(image, color_layout)));
         let depth = vk::AttachmentReference {
-            attachment: 1,
+            attachment: 0,
             layout: depth_layout,
         };
+        let color: Vec<_> = (1..=colors.len() as u32)
+            .map(|attachment| vk::AttachmentReference {
+                attachment,
+                layout: color_layout,
+            })
+            .collect();
         let subpasses = [vk::SubpassDescription::default()
             .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
             .color_attachments(&color)
@@ -56,7 +61,9 @@ impl LightPass {
         let info = vk::RenderPassCreateInfo::default()
             .attachments(&attachments)
             .subpasses(&subpasses);
-        let pass = RenderPass::new(device, "light", &info, &[&map.moments, &map.depth])?;
+        let mut images = vec![&map.depth];
+        images.extend(&colors);
+        let pass = RenderPass::new(device, "light", &info, &images)?;
 
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let bindings: Vec<_> = uniforms.iter().map(|u| vec![Binding::Uniform(u)]).collect();
@@ -65,13 +72,16 @@ impl LightPass {
             device,
             &GraphicsDesc {
                 vertex: &shaders::LIGHT_VERT,
-                fragment: Some(&shaders::LIGHT_FRAG),
+                fragment: Some(match fourth {
+                    None => &shaders::LIGHT_FRAG,
+                    Some(_) => &shaders::LIGHT_FRAG_FOURTH,
+                }),
                 vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
                 cull: vk::CullModeFlags::NONE,
                 // Rows of the map grow with v, which mirrors the picture and turns the winding.
                 front: vk::FrontFace::CLOCKWISE,
                 depth: (vk::CompareOp::LESS, true),
-                colors: 1,
+                colors: colors.len(),
                 subpass: 0,
                 constants: &[],
             },
@@ -79,6 +89,7 @@ impl LightPass {
             &sets,
         )?;
         Ok(LightPass {
+            colors: colors.len(),
             pass,
             sets,
             pipeline,
@@ -87,17 +98,13 @@ impl LightPass {
 
     /// Draws the map, whose images are in their attachment layouts.
     pub fn record(&self, commands: vk::CommandBuffer, slot: usize, geometry: &Geometry) {
-        let clear = [
-            vk::ClearValue {
-                color: vk::ClearColorValue { float32: [0.0; 4] },
+        let mut clear = vec![vk::ClearValue {
+            depth_stencil: vk::ClearDepthStencilValue {
+                depth: 1.0,
+                stencil: 0,
             },
-            vk::ClearValue {
-                depth_stencil: vk::ClearDepthStencilValue {
-                    depth: 1.0,
-                    stencil: 0,
-                },
-            },
-        ];
+        }];
+        clear.resize(1 + self.colors, vk::ClearValue::default());
         self.pass.begin(commands, &clear);
         self.pipeline.bind(commands, &self.sets, slot);
         geometry.draw(commands);

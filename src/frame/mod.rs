@@ -40,18 +40,22 @@ pub use capture::Target;
 pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
 
 use crate::gpu::{
-    self, Buffer, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier, submit,
+    self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier,
+    submit,
 };
+use crate::ledger::Filter;
 use crate::optics::sampling::r2;
 use crate::scene::{Jitter, LightFrame, Multiple, Plan, View};
+use boxes::BoxesPass;
+use bytemuck::Zeroable;
 use exact::ExactPass;
 use geometry::Geometry;
 use light::LightPass;
 use reduce::ReducePass;
 use resolve::ResolvePass;
-use shade::ShadePass;
-use targets::{Canvas, GBuffer, LightMap, Pyramid, PyramidDesc};
-use uniforms::Uniforms;
+use shade::{PartDesc, ShadePass};
+use targets::{Boxes, Canvas, GBuffer, LightMap, Pyramid, PyramidDesc};
+use uniforms::{LevelTable, Uniforms};
 use view::ViewPass;
 
 /// Frames recorded ahead of the device: how long may the host run before it waits? One
@@ -71,9 +75,10 @@ const EXACT_PAIRS: u64 = 1 << 24;
 const EXACT_TEXELS: u32 = 60_000;
 
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
-const PASSES: [(&str, &CStr); 8] = [
+const PASSES: [(&str, &CStr); 9] = [
     ("light", c"light"),
     ("reduce", c"reduce"),
+    ("boxes", c"boxes"),
     ("back", c"back"),
     ("view", c"view"),
     ("shade", c"shade"),
@@ -83,12 +88,13 @@ const PASSES: [(&str, &CStr); 8] = [
 ];
 const LIGHT: u32 = 0;
 const REDUCE: u32 = 1;
-const BACK: u32 = 2;
-const VIEW: u32 = 3;
-const SHADE: u32 = 4;
-const EXACT: u32 = 5;
-const RESOLVE: u32 = 6;
-const READBACK: u32 = 7;
+const BOXES: u32 = 2;
+const BACK: u32 = 3;
+const VIEW: u32 = 4;
+const SHADE: u32 = 5;
+const EXACT: u32 = 6;
+const RESOLVE: u32 = 7;
+const READBACK: u32 = 8;
 
 /// How far a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,12 +133,15 @@ pub struct Renderer {
     geometry: Geometry,
     light: LightPass,
     reduce: Option<ReducePass>,
+    box_levels: Option<BoxesPass>,
     camera: RenderPass,
     view: ViewPass,
     shade: ShadePass,
     exact: Option<ExactPass>,
     resolve: ResolvePass,
     map: LightMap,
+    boxes: Option<Boxes>,
+    levels: LevelTable,
     gbuffer: GBuffer,
     canvas: Canvas,
     mean_readback: Buffer,
@@ -164,31 +173,44 @@ impl Renderer {
         keep_gbuffer: bool,
         measure: bool,
     ) -> gpu::Result<Self> {
-        Self::with_pyramid(device, plan, keep_gbuffer, measure, pyramid_of(plan))
+        Self::with_filter(
+            device,
+            plan,
+            keep_gbuffer,
+            measure,
+            filter_of(device.candidate()),
+        )
     }
 
-    /// As [`Renderer::new`], with a pyramid over the light map that the plan need not ask for;
-    /// for tests.
+    /// As [`Renderer::new`], with bilinear taps read as `filter` says, which must not ask for more
+    /// than the device offers: for tests of what runs on lesser devices.
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub fn with_pyramid(
+    pub fn with_filter(
         device: &Arc<Device>,
         plan: &Plan,
         keep_gbuffer: bool,
         measure: bool,
-        pyramid: Option<PyramidDesc>,
+        filter: Filter,
     ) -> gpu::Result<Self> {
         let mesh = &plan.scene.mesh;
         // Positions are kept relative to the middle, so that float32 serves them best.
         let center = mesh.center();
         let radius = mesh.bounding_radius();
-        let light_frame = LightFrame::fit(
-            mesh.positions.iter().map(|&p| p - center),
-            plan.scene.light.to_light(),
-            plan.light_map,
-            DVec2::ZERO,
-        );
+        let light_frame = plan.light_frame();
+        let mixture = plan.methods().find_map(|method| match method {
+            Multiple::Mixture(mixture) => Some(mixture),
+            _ => None,
+        });
+        let pyramid = mixture.map(|mixture| {
+            let levels = plan.levels(mixture, light_frame.texel);
+            PyramidDesc {
+                levels: levels.first..=levels.last(),
+                fourth: mixture.fourth_from.is_some(),
+                linear: filter == Filter::Linear,
+            }
+        });
 
         let slots = (0..FRAMES_IN_FLIGHT)
             .map(|i| Slot::new(device, &format!("frame {i}")))
@@ -211,6 +233,16 @@ impl Renderer {
             .collect::<gpu::Result<Vec<_>>>()?;
         let geometry = Geometry::new(device, mesh, center)?;
         let map = LightMap::new(device, plan.light_map, pyramid.as_ref())?;
+        let has_rings = plan.methods().any(|m| matches!(m, Multiple::Rings(_)));
+        let boxes = has_rings
+            .then(|| Boxes::new(device, [plan.light_map; 2]))
+            .transpose()?;
+        let levels = match (mixture, &map.pyramid) {
+            (Some(mixture), Some(pyramid)) => {
+                LevelTable::new(plan, mixture, &light_frame, &pyramid.atlas)
+            }
+            _ => LevelTable::zeroed(),
+        };
         let gbuffer = GBuffer::new(device, plan.size)?;
         let canvas = Canvas::new(device, plan.size)?;
         let readback = |name, bytes: u64| {
@@ -224,11 +256,11 @@ impl Renderer {
             )
         };
 
-        let parts = parts(plan);
+        let parts = parts(plan, light_frame.texel);
         let exact_columns = parts
             .iter()
-            .find(|(_, method)| *method == Multiple::Exact)
-            .map(|(columns, _)| *columns);
+            .find(|part| part.method == Multiple::Exact)
+            .map(|part| part.columns);
         let camera = view::render_pass(
             device,
             &gbuffer,
@@ -241,6 +273,10 @@ impl Renderer {
             .as_ref()
             .map(|pyramid| ReducePass::new(device, &map.moments, pyramid))
             .transpose()?;
+        let box_levels = boxes
+            .as_ref()
+            .map(|boxes| BoxesPass::new(device, &map.moments, boxes))
+            .transpose()?;
         let view = ViewPass::new(device, &uniforms, &camera)?;
         let shade = ShadePass::new(
             device,
@@ -248,9 +284,11 @@ impl Renderer {
             &camera,
             view::SHADE,
             &map,
+            boxes.as_ref(),
             &gbuffer,
             &parts,
             plan.specular,
+            filter,
         )?;
         let exact = exact_columns
             .map(|columns| ExactPass::new(device, &uniforms, &map, &gbuffer, &canvas, columns))
@@ -263,12 +301,15 @@ impl Renderer {
             geometry,
             light,
             reduce,
+            box_levels,
             camera,
             view,
             shade,
             exact,
             resolve,
             map,
+            boxes,
+            levels,
             gbuffer,
             canvas,
             mean_readback: readback("mean readback", 16)?,
@@ -399,6 +440,7 @@ impl Renderer {
             &view,
             &light,
             self.map.moments.size(),
+            &self.levels,
             done,
             sequence.into(),
         );
@@ -421,8 +463,9 @@ impl Renderer {
             normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
         }
 
-        // Between the levels of a pyramid lie zeros from when it was made.
+        // Between the levels of a pyramid lie zeros from when it was made, and these are kept.
         let moments_before = if map.pyramid.is_some() { map_read } else { map_read.discarding() };
+        let fourth = map.pyramid.as_ref().and_then(|p| p.fourth.as_ref());
 
         // light: what the light sees. The map is drawn anew, since light and mesh may have moved.
         barrier::image(
@@ -433,6 +476,12 @@ impl Renderer {
             device, commands, c"WAR: the previous frame shades from the light moments",
             &map.moments, moments_before, Use::COLOR_WRITE,
         );
+        if let Some(fourth) = fourth {
+            barrier::image(
+                device, commands, c"WAR: the previous frame smooths the light's fourth moment",
+                &fourth.moments, map_read, Use::COLOR_WRITE,
+            );
+        }
         self.begin(commands, slot, LIGHT);
         self.light.record(commands, slot, &self.geometry);
         self.end(commands, slot, LIGHT);
@@ -440,11 +489,19 @@ impl Renderer {
             device, commands, c"RAW: shading compares with the light depth",
             &map.depth, Use::DEPTH_WRITE, Use::FRAGMENT_SAMPLE_DEPTH,
         );
+        // reduce, boxes: the pyramids that the mixture and the rings read.
+        let mut moments_left = Use::COLOR_WRITE;
         if let (Some(pyramid), Some(reduce)) = (&map.pyramid, &self.reduce) {
             self.begin(commands, slot, REDUCE);
             record_reduce(device, commands, &map.moments, pyramid, reduce, [Use::COLOR_WRITE, map_read]);
             self.end(commands, slot, REDUCE);
-        } else {
+            moments_left = map_read;
+        }
+        if let (Some(boxes), Some(levels)) = (&self.boxes, &self.box_levels) {
+            self.begin(commands, slot, BOXES);
+            record_boxes(device, commands, &map.moments, boxes, levels, [moments_left, map_read]);
+            self.end(commands, slot, BOXES);
+        } else if self.reduce.is_none() {
             barrier::image(
                 device, commands, c"RAW: shading samples the light moments",
                 &map.moments, Use::COLOR_WRITE, map_read,
@@ -671,9 +728,48 @@ impl Renderer {
     }
 }
 
-/// The pyramid over the light map that `plan` needs.
-fn pyramid_of(_plan: &Plan) -> Option<PyramidDesc> {
-    None
+/// How `candidate` reads between texels of 32-bit floats.
+pub fn filter_of(candidate: &Candidate) -> Filter {
+    match candidate.linear_floats {
+        true => Filter::Linear,
+        false => Filter::Texels,
+    }
+}
+
+/// boxes: the MIP pyramid, level by level. `before` has left level 0, which `after` reads.
+#[rustfmt::skip] // A barrier is read as a sentence.
+fn record_boxes(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    moments: &Image,
+    boxes: &Boxes,
+    pass: &BoxesPass,
+    [before, after]: [Use; 2],
+) {
+    barrier::image(
+        device, commands, c"RAW: level 1 is made of the light moments",
+        moments, before, Use::COMPUTE_STORAGE,
+    );
+    barrier::image(
+        device, commands, c"WAR: the previous frame shades from the boxes",
+        &boxes.image, Use::FRAGMENT_SAMPLE.discarding(), Use::COMPUTE_STORAGE,
+    );
+    for level in 0..boxes.image.levels() {
+        pass.record_level(commands, level);
+        barrier::levels(
+            device, commands, c"RAW: the next level is made of this one, and shading samples it",
+            &boxes.image, level..level + 1, Use::COMPUTE_STORAGE,
+            Use::COMPUTE_STORAGE,
+        );
+    }
+    barrier::image(
+        device, commands, c"RAW: shading samples the boxes",
+        &boxes.image, Use::COMPUTE_STORAGE, Use::FRAGMENT_SAMPLE,
+    );
+    barrier::image(
+        device, commands, c"RAW, WAR: shading samples the light moments, which level 1 has read",
+        moments, Use::COMPUTE_STORAGE, after,
+    );
 }
 
 /// reduce: the pyramid level by level, then all levels smoothed at once, rows before columns.
@@ -743,15 +839,32 @@ fn record_reduce(
     }
 }
 
-/// The picture's ranges of columns and their methods.
-fn parts(plan: &Plan) -> Vec<([u32; 2], Multiple)> {
+/// The parts of the picture, on a light map of texels of side `texel` mm.
+fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
+    let part = |columns, method| PartDesc {
+        columns,
+        method,
+        counts: match method {
+            Multiple::None | Multiple::Brdf | Multiple::Exact => [0, 0],
+            Multiple::Samples(n) => [n, 0],
+            Multiple::Rings(n) => [plan.rings(n), 0],
+            Multiple::Mixture(mixture) => {
+                let levels = plan.levels(mixture, texel);
+                let four = mixture.fetches(levels) - levels.count;
+                [levels.count - four, four]
+            }
+        },
+    };
     let width = plan.size[0];
     match plan.split {
         // Two halves of one method are one part, and `exact` sums one part.
         Some(left) if left != plan.multiple => {
-            vec![([0, width / 2], left), ([width / 2, width], plan.multiple)]
+            vec![
+                part([0, width / 2], left),
+                part([width / 2, width], plan.multiple),
+            ]
         }
-        _ => vec![([0, width], plan.multiple)],
+        _ => vec![part([0, width], plan.multiple)],
     }
 }
 

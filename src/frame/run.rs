@@ -212,7 +212,7 @@ pub fn render(
         driver: device.candidate().driver.clone(),
         passes: renderer.pass_times(),
         wall_milliseconds: wall.as_secs_f64() * 1e3,
-        fetches: ledger::declared(plan)
+        fetches: ledger::declared(plan, super::filter_of(device.candidate()))
             .into_iter()
             .map(|f| {
                 (

@@ -8,11 +8,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::shaders;
-use super::targets::{GBuffer, LightMap};
+use super::targets::{Boxes, GBuffer, LightMap};
 use crate::gpu::{
     self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, Image,
     ImageDesc, RenderPass, Sampler, Shader, Use, submit,
 };
+use crate::ledger::Filter;
 use crate::optics::sampling;
 use crate::scene::Multiple;
 
@@ -21,18 +22,35 @@ const BLUE_NOISE_SIZE: u32 = 64;
 
 /// The pass that shades.
 pub struct ShadePass {
-    sets: DescriptorSets,
-    /// Columns of the picture and the pipeline that shades them.
-    parts: Vec<([u32; 2], GraphicsPipeline)>,
+    parts: Vec<Part>,
     height: u32,
     // Referred to by the sets.
     _blue_noise: Image,
-    _samplers: [Sampler; 2],
+    _samplers: [Sampler; 3],
+}
+
+/// Columns of the picture, and what shades them.
+struct Part {
+    columns: [u32; 2],
+    sets: DescriptorSets,
+    pipeline: GraphicsPipeline,
+}
+
+/// How a part of the picture is shaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartDesc {
+    /// Its first column, and one past its last.
+    pub columns: [u32; 2],
+    /// Its method.
+    pub method: Multiple,
+    /// How many samples, or rings; of the mixture, how many levels read three moments, and how
+    /// many read four.
+    pub counts: [u32; 2],
 }
 
 impl ShadePass {
-    /// Prepares shading from `map` and `gbuffer` in subpass `subpass` of `pass`: each of
-    /// `parts` is a range of columns and its method.
+    /// Prepares shading from `map`, `boxes` and `gbuffer` in subpass `subpass` of `pass`. A device
+    /// whose `filter` is not linear reads four texels for each bilinear tap.
     #[allow(clippy::too_many_arguments, reason = "the graph's edges, each by name")]
     pub fn new(
         device: &Arc<Device>,
@@ -40,17 +58,21 @@ impl ShadePass {
         pass: &RenderPass,
         subpass: u32,
         map: &LightMap,
+        boxes: Option<&Boxes>,
         gbuffer: &GBuffer,
-        parts: &[([u32; 2], Multiple)],
+        parts: &[PartDesc],
         specular: bool,
+        filter: Filter,
     ) -> gpu::Result<Self> {
-        let nearest = Sampler::new(
-            device,
-            "nearest, border 0",
-            vk::Filter::NEAREST,
-            vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
-            None,
-        )?;
+        let zero = |name, filter| {
+            let border = vk::BorderColor::FLOAT_TRANSPARENT_BLACK;
+            Sampler::new(device, name, filter, border, None)
+        };
+        let nearest = zero("nearest, border 0", vk::Filter::NEAREST)?;
+        let bilinear = match filter {
+            Filter::Linear => zero("bilinear, border 0", vk::Filter::LINEAR)?,
+            Filter::Texels => zero("texels of bilinear taps, border 0", vk::Filter::NEAREST)?,
+        };
         let compare = Sampler::new(
             device,
             "shadow, border lit",
@@ -59,28 +81,47 @@ impl ShadePass {
             Some(vk::CompareOp::LESS_OR_EQUAL),
         )?;
         let blue_noise = blue_noise(device)?;
-        let bindings: Vec<_> = uniforms
-            .iter()
-            .map(|u| {
-                vec![
-                    Binding::Uniform(u),
-                    Binding::Input(&gbuffer.depth),
-                    Binding::Input(&gbuffer.normal),
-                    Binding::Input(&gbuffer.back),
-                    Binding::Sampled(&map.moments, &nearest),
-                    Binding::Sampled(&map.depth, &compare),
-                    Binding::Sampled(&blue_noise, &nearest),
-                ]
-            })
-            .collect();
-        let sets = DescriptorSets::new(device, "shade", vk::ShaderStageFlags::FRAGMENT, &bindings)?;
         let parts = parts
             .iter()
-            .map(|&(columns, method)| {
-                let (shader, samples) = variant(method);
+            .map(|part| {
+                // Level 0 of the rings is a bilinear tap of the map itself.
+                let rings = matches!(part.method, Multiple::Rings(_));
+                let sampler = if rings { &bilinear } else { &nearest };
+                let mut own = Vec::new();
+                match part.method {
+                    Multiple::Samples(_) => own.push(Binding::Sampled(&blue_noise, &nearest)),
+                    Multiple::Rings(_) => {
+                        own.extend(boxes.map(|b| Binding::Sampled(&b.image, &bilinear)));
+                    }
+                    Multiple::Mixture(mixture) => {
+                        let pyramid = map.pyramid.as_ref();
+                        own.extend(pyramid.map(|p| Binding::Sampled(&p.smoothed, &bilinear)));
+                        let fourth = pyramid.and_then(|p| p.fourth.as_ref());
+                        if mixture.fourth_from.is_some() {
+                            own.extend(fourth.map(|f| Binding::Sampled(&f.smoothed, &bilinear)));
+                        }
+                    }
+                    Multiple::None | Multiple::Brdf | Multiple::Exact => {}
+                }
+                let bindings: Vec<_> = uniforms
+                    .iter()
+                    .map(|u| {
+                        let shared = [
+                            Binding::Uniform(u),
+                            Binding::Input(&gbuffer.depth),
+                            Binding::Input(&gbuffer.normal),
+                            Binding::Input(&gbuffer.back),
+                            Binding::Sampled(&map.moments, sampler),
+                            Binding::Sampled(&map.depth, &compare),
+                        ];
+                        shared.into_iter().chain(own.iter().copied()).collect()
+                    })
+                    .collect();
+                let stages = vk::ShaderStageFlags::FRAGMENT;
+                let sets = DescriptorSets::new(device, "shade", stages, &bindings)?;
                 let desc = GraphicsDesc {
                     vertex: &shaders::SHADE_VERT,
-                    fragment: Some(shader),
+                    fragment: Some(variant(part.method, filter)),
                     vertices: None,
                     cull: vk::CullModeFlags::NONE,
                     front: vk::FrontFace::COUNTER_CLOCKWISE,
@@ -88,36 +129,49 @@ impl ShadePass {
                     depth: (vk::CompareOp::GREATER, false),
                     colors: 1,
                     subpass,
-                    constants: &[u32::from(specular), samples],
+                    constants: &[u32::from(specular), part.counts[0], part.counts[1]],
                 };
-                Ok((columns, GraphicsPipeline::new(device, &desc, pass, &sets)?))
+                Ok(Part {
+                    columns: part.columns,
+                    pipeline: GraphicsPipeline::new(device, &desc, pass, &sets)?,
+                    sets,
+                })
             })
             .collect::<gpu::Result<_>>()?;
         Ok(ShadePass {
-            sets,
             parts,
             height: gbuffer.depth.size()[1],
             _blue_noise: blue_noise,
-            _samplers: [nearest, compare],
+            _samplers: [nearest, bilinear, compare],
         })
     }
 
     /// Shades every covered pixel.
     pub fn record(&self, commands: vk::CommandBuffer, slot: usize) {
-        for (columns, pipeline) in &self.parts {
-            pipeline.bind(commands, &self.sets, slot);
-            pipeline.draw_full_screen(commands, *columns, self.height);
+        for part in &self.parts {
+            part.pipeline.bind(commands, &part.sets, slot);
+            part.pipeline
+                .draw_full_screen(commands, part.columns, self.height);
         }
     }
 }
 
-/// The shader of a method, and its number of samples.
-fn variant(method: Multiple) -> (&'static Shader, u32) {
-    match method {
+/// The shader of a method.
+fn variant(method: Multiple, filter: Filter) -> &'static Shader {
+    use shaders as s;
+    match (method, filter) {
         // `exact` adds its term in a compute pass of its own.
-        Multiple::None | Multiple::Exact => (&shaders::SHADE_FRAG_NONE, 0),
-        Multiple::Brdf => (&shaders::SHADE_FRAG_BRDF, 0),
-        Multiple::Samples(n) => (&shaders::SHADE_FRAG_SAMPLES, n),
+        (Multiple::None | Multiple::Exact, _) => &s::SHADE_FRAG_NONE,
+        (Multiple::Brdf, _) => &s::SHADE_FRAG_BRDF,
+        (Multiple::Samples(_), _) => &s::SHADE_FRAG_SAMPLES,
+        (Multiple::Rings(_), Filter::Linear) => &s::SHADE_FRAG_RINGS,
+        (Multiple::Rings(_), Filter::Texels) => &s::SHADE_FRAG_RINGS_NEAREST,
+        (Multiple::Mixture(mixture), filter) => match (mixture.fourth_from, filter) {
+            (None, Filter::Linear) => &s::SHADE_FRAG_MIXTURE,
+            (None, Filter::Texels) => &s::SHADE_FRAG_MIXTURE_NEAREST,
+            (Some(_), Filter::Linear) => &s::SHADE_FRAG_MIXTURE_FOURTH,
+            (Some(_), Filter::Texels) => &s::SHADE_FRAG_MIXTURE_NEAREST_FOURTH,
+        },
     }
 }
 

@@ -83,7 +83,8 @@ impl LightMap {
         let (moments, pyramid) = match pyramid {
             None => {
                 let format = Format::R32G32B32A32_SFLOAT;
-                (image("light moments", format, U::COLOR_ATTACHMENT)?, None)
+                let usage = U::COLOR_ATTACHMENT | U::STORAGE;
+                (image("light moments", format, usage)?, None)
             }
             Some(desc) => {
                 let (moments, pyramid) = Self::with_levels(device, [size, size], desc)?;

@@ -1,9 +1,13 @@
 //! The uniforms of one frame: `shared.glsl`'s block, field by field.
 
+use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::optics::dipole::Dipole;
-use crate::scene::{LightFrame, Plan, View};
+use crate::optics::Dipole;
+use crate::optics::mixture::weights;
+use crate::scene::plan::LEVELS_MAX;
+use crate::scene::pyramid::Atlas;
+use crate::scene::{LightFrame, Mixture, Plan, View};
 
 /// Fraction of clip depth that the caster's range fills: `LIGHT_DEPTH_MARGIN` of `shared.glsl`.
 const LIGHT_DEPTH_MARGIN: f64 = 1.001;
@@ -54,6 +58,40 @@ pub struct Uniforms {
     pub sequence: [f32; 4],
     /// Linear rgb; w: 1 where it is put behind the picture.
     pub background: [f32; 4],
+    /// What the mixture taps.
+    pub levels: LevelTable,
+}
+
+/// The levels that the mixture taps, `level_weights` and `level_places` of `shared.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LevelTable {
+    /// Of each level: W s per channel; w: s^2, both with s over the half depth range.
+    pub weights: [[f32; 4]; LEVELS_MAX as usize],
+    /// 2^-level, and the level's corner in the atlas, texels.
+    pub places: [[f32; 4]; LEVELS_MAX as usize],
+}
+
+impl LevelTable {
+    /// The levels of `mixture` on the map of `light`, whose pyramid lies in `atlas`.
+    pub fn new(plan: &Plan, mixture: Mixture, light: &LightFrame, atlas: &Atlas) -> Self {
+        let mut table = LevelTable::zeroed();
+        let levels = plan.levels(mixture, light.texel);
+        let widths = levels.widths(light.texel);
+        let shares = plan
+            .dipoles(light.texel)
+            .map(|d| weights(&d, &widths, mixture.fit).values);
+        for (i, (level, width)) in levels.iter().zip(widths).enumerate() {
+            let s = width / light.z_half;
+            let [x, y] = atlas.places[level as usize].origin;
+            table.weights[i] = vec4(
+                DVec3::from_array([0, 1, 2].map(|c| shares[c][i])) * s,
+                s * s,
+            );
+            table.places[i] = [(-f64::from(level)).exp2() as f32, x as f32, y as f32, 0.0];
+        }
+        table
+    }
 }
 
 fn vec4(v: DVec3, w: f64) -> [f32; 4] {
@@ -69,13 +107,13 @@ impl Uniforms {
         plan: &Plan,
         view: &View,
         light: &LightFrame,
-        map: [u32; 2],
+        atlas: [u32; 2],
+        levels: &LevelTable,
         done: u32,
         sequence: DVec2,
     ) -> Self {
         let material = &plan.scene.material;
-        let dipoles =
-            [0, 1, 2].map(|c| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta));
+        let dipoles = material.dipoles();
         // `brdf` sums over no texels: it keeps the total of the medium itself.
         let totals = DVec3::from_array(dipoles.map(|d| d.total()));
         let dipoles = dipoles.map(|d| d.resolved(light.texel));
@@ -99,8 +137,8 @@ impl Uniforms {
             ),
             map: [
                 light.size as f32,
-                1.0 / map[0] as f32,
-                1.0 / map[1] as f32,
+                1.0 / atlas[0] as f32,
+                1.0 / atlas[1] as f32,
                 0.0,
             ],
             irradiance: vec4(
@@ -117,6 +155,7 @@ impl Uniforms {
             r_tot: vec4(totals, 0.0),
             sequence: vec4(sequence.extend(1.0 / (f64::from(done) + 1.0)), 0.0),
             background,
+            levels: *levels,
         }
     }
 }

@@ -222,7 +222,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Makes a sampler without MIP levels.
+    /// Makes a sampler that takes the nearest MIP level.
     ///
     /// With `compare`, a tap returns the share of its texels for which `reference op texel` holds.
     ///
@@ -243,6 +243,7 @@ impl Sampler {
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_BORDER)
             .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_BORDER)
             .border_color(border)
+            .max_lod(vk::LOD_CLAMP_NONE)
             .compare_enable(compare.is_some())
             .compare_op(compare.unwrap_or(vk::CompareOp::NEVER));
         // SAFETY: the device is alive.

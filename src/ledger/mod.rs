@@ -1,29 +1,59 @@
 //! The fetch ledger: what the plan declares that each pass reads, per pixel.
 //!
 //! A fetch is one executed image instruction that reads a texture. Reads of input
-//! attachments are listed with term "input" and do not count as fetches.
+//! attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
+//! writes with term [`TEXEL`]; neither counts as fetches of a pixel.
 
 use crate::scene::{Multiple, Plan};
+
+/// The term of attachment reads.
+pub const INPUT: &str = "input";
+/// The term of reads per texel written, in passes over the light map.
+pub const TEXEL: &str = "texel";
+
+/// Reads of each of the two halves of the smoothing, rows and columns, per texel written: an
+/// invocation makes four texels of twelve.
+const SMOOTH_LOADS: u32 = 3;
+
+/// How a device reads between texels of 32-bit floats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// One bilinear tap is one fetch.
+    Linear,
+    /// The device cannot filter them: a bilinear tap is four fetches.
+    Texels,
+}
+
+impl Filter {
+    /// Fetches of one bilinear tap.
+    pub fn fetches(self) -> u32 {
+        match self {
+            Filter::Linear => 1,
+            Filter::Texels => 4,
+        }
+    }
+}
 
 /// One line of the ledger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Declared {
     /// The pass that reads.
     pub pass: &'static str,
-    /// The term it serves: "multiple", "other", or "input" for attachment reads.
+    /// The term it serves: "multiple", "other", [`INPUT`] or [`TEXEL`].
     pub term: &'static str,
     /// What is read, and how.
     pub what: &'static str,
-    /// How often per covered pixel, at most.
+    /// How often per covered pixel, at most; per texel written for [`TEXEL`].
     pub per_pixel: u32,
 }
 
-/// What `plan` declares. With a split picture, the more expensive half.
-pub fn declared(plan: &Plan) -> Vec<Declared> {
-    let own = of_method(plan, plan.multiple);
+/// What `plan` declares on a device that filters as `filter`. With a split picture, the more
+/// expensive half.
+pub fn declared(plan: &Plan, filter: Filter) -> Vec<Declared> {
+    let own = of_method(plan, plan.multiple, filter);
     match plan.split {
         Some(left) => {
-            let other = of_method(plan, left);
+            let other = of_method(plan, left, filter);
             if total(&other) > total(&own) {
                 other
             } else {
@@ -34,16 +64,16 @@ pub fn declared(plan: &Plan) -> Vec<Declared> {
     }
 }
 
-/// Fetches per pixel over all passes, inputs left out.
+/// Fetches per pixel over all passes, inputs and reductions left out.
 pub fn total(lines: &[Declared]) -> u32 {
     lines
         .iter()
-        .filter(|l| l.term != "input")
+        .filter(|l| ![INPUT, TEXEL].contains(&l.term))
         .map(|l| l.per_pixel)
         .sum()
 }
 
-fn of_method(plan: &Plan, method: Multiple) -> Vec<Declared> {
+fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
     let line = |pass, term, what, per_pixel| Declared {
         pass,
         term,
@@ -51,8 +81,8 @@ fn of_method(plan: &Plan, method: Multiple) -> Vec<Declared> {
         per_pixel,
     };
     let mut lines = vec![
-        line("shade", "input", "view depth", 1),
-        line("shade", "input", "view normal", 1),
+        line("shade", INPUT, "view depth", 1),
+        line("shade", INPUT, "view normal", 1),
     ];
     if plan.specular || method == Multiple::Brdf {
         lines.push(line("shade", "other", "light depth, gather and compare", 1));
@@ -68,6 +98,46 @@ fn of_method(plan: &Plan, method: Multiple) -> Vec<Declared> {
             ));
             lines.push(line("shade", "multiple", "blue noise, texel", 1));
             lines.push(line("shade", "multiple", "light moments, nearest", n));
+        }
+        Multiple::Rings(rings) => {
+            let rings = plan.rings(rings);
+            lines.push(line("boxes", TEXEL, "level above, 2x2 texels", 4));
+            let taps = [
+                ("light moments, bilinear", 1),
+                ("boxes, bilinear", rings - 1),
+            ];
+            for (what, taps) in taps {
+                lines.push(line("shade", "multiple", what, taps * filter.fetches()));
+            }
+        }
+        Multiple::Mixture(mixture) => {
+            let levels = plan.levels(mixture, plan.light_frame().texel);
+            let textures = if mixture.fourth_from.is_some() { 2 } else { 1 };
+            for (what, count) in [
+                (
+                    "level above, 4x4 texels in four bilinear taps",
+                    4 * filter.fetches(),
+                ),
+                ("rows of a level, nearest", SMOOTH_LOADS),
+                ("columns of a level, nearest", SMOOTH_LOADS),
+            ] {
+                lines.push(line("reduce", TEXEL, what, textures * count));
+            }
+            let fourth = mixture.fetches(levels) - levels.count;
+            lines.push(line(
+                "shade",
+                "multiple",
+                "smoothed moments, bilinear",
+                levels.count * filter.fetches(),
+            ));
+            if fourth > 0 {
+                lines.push(line(
+                    "shade",
+                    "multiple",
+                    "smoothed fourth moment, bilinear",
+                    fourth * filter.fetches(),
+                ));
+            }
         }
         Multiple::Exact => {
             // Each band of rows reads the pixel's own values again; one band is declared.

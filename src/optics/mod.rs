@@ -4,6 +4,7 @@
 
 pub mod dipole;
 pub mod fresnel;
+pub mod mixture;
 pub mod sampling;
 pub mod specular;
 

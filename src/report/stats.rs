@@ -265,6 +265,12 @@ impl Fetches {
     pub fn new(declared: Vec<(String, String, String, u32)>) -> Fetches {
         let mut passes: Vec<PassFetches> = Vec::new();
         for (pass, term, what, per_pixel) in declared {
+            // Attachment reads are no fetches, and those per texel are not per pixel.
+            let counted = if ["input", "texel"].contains(&term.as_str()) {
+                0
+            } else {
+                u64::from(per_pixel)
+            };
             let term = Term {
                 term,
                 what,
@@ -272,12 +278,12 @@ impl Fetches {
             };
             match passes.iter_mut().find(|known| known.pass == pass) {
                 Some(known) => {
-                    known.per_pixel += u64::from(per_pixel);
+                    known.per_pixel += counted;
                     known.terms.push(term);
                 }
                 None => passes.push(PassFetches {
                     pass,
-                    per_pixel: per_pixel.into(),
+                    per_pixel: counted,
                     terms: vec![term],
                 }),
             }
@@ -302,6 +308,8 @@ mod tests {
             row("shade", "multiple", 30),
             row("resolve", "history", 1),
             row("shade", "shadow", 1),
+            row("shade", "input", 2),
+            row("reduce", "texel", 9),
         ]);
         assert_eq!(fetches.per_pixel, 32);
         let passes: Vec<_> = fetches
@@ -309,6 +317,9 @@ mod tests {
             .iter()
             .map(|p| (p.pass.as_str(), p.per_pixel, p.terms.len()))
             .collect();
-        assert_eq!(passes, [("shade", 31, 2), ("resolve", 1, 1)]);
+        assert_eq!(
+            passes,
+            [("shade", 31, 3), ("resolve", 1, 1), ("reduce", 0, 1)]
+        );
     }
 }

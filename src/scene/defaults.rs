@@ -41,6 +41,12 @@ pub const SIZE: [u32; 2] = [800, 600];
 /// How many samples a pixel does the method `samples` take?
 pub const SAMPLES: u32 = 30;
 
+/// How many rings has the method `rings`? Eight squares of doubling size, 1 to 128 texels wide.
+pub const RINGS: u32 = 8;
+
+/// How many moments of depth does the method `mixture` read? Three are one texture, a fetch a level.
+pub const MOMENTS: u32 = 3;
+
 /// How many texels has a side of the light map?
 pub const LIGHT_MAP: u32 = 512;
 

@@ -3,8 +3,8 @@
 
 use super::bundled::{self, Bundled};
 use super::{
-    Error, Jitter, Light, Material, MeshSource, Method, Request, Viewpoint, bytes, color, defaults,
-    limits, names,
+    Error, Jitter, Light, Material, MeshSource, Method, Mixture, Request, Viewpoint, bytes, color,
+    defaults, limits, names,
 };
 use glam::DVec3;
 use std::path::Path;
@@ -34,9 +34,14 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 7] = [
+const METHOD: [&str; 12] = [
     "multiple",
     "samples",
+    "rings",
+    "moments",
+    "fourth_from",
+    "level_step",
+    "weights",
     "specular",
     "light_map",
     "frames_averaged",
@@ -169,6 +174,27 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
         "samples",
         |f| f.whole(limits::samples),
         |v| request.samples = v,
+    )?;
+    section.read("rings", |f| f.whole(limits::rings), |v| request.rings = v)?;
+    section.read(
+        "moments",
+        |f| f.whole(limits::moments),
+        |v| request.moments = v,
+    )?;
+    section.read(
+        "fourth_from",
+        |f| f.whole(limits::level),
+        |v| request.fourth_from = v,
+    )?;
+    section.read(
+        "level_step",
+        |f| f.whole(limits::level_step),
+        |v| request.level_step = v,
+    )?;
+    section.read(
+        "weights",
+        |f| f.named(Mixture::weights),
+        |v| request.weights = v,
     )?;
     section.read(
         "light_map",

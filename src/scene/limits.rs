@@ -10,6 +10,14 @@ use glam::DVec3;
 pub const SIDE: std::ops::RangeInclusive<u32> = 1..=16384;
 /// Samples a pixel.
 pub const SAMPLES: std::ops::RangeInclusive<u32> = 1..=256;
+/// Rings of the method `rings`.
+pub const RINGS: std::ops::RangeInclusive<u32> = 1..=14;
+/// Moments of depth that the mixture reads.
+pub const MOMENTS: std::ops::RangeInclusive<u32> = 3..=4;
+/// Levels of a pyramid, by number.
+pub const LEVEL: std::ops::RangeInclusive<u32> = 0..=13;
+/// Levels from one tap of the mixture to the next.
+pub const LEVEL_STEP: std::ops::RangeInclusive<u32> = 1..=2;
 /// Texels along a side of the light map.
 pub const LIGHT_MAP: std::ops::RangeInclusive<u32> = 16..=8192;
 /// Rounds of a benchmark.
@@ -68,6 +76,38 @@ pub fn size(size: [i64; 2]) -> Result<[u32; 2], String> {
 /// The phrase that names the range.
 pub fn samples(value: i64) -> Result<u32, String> {
     whole(value, &SAMPLES)
+}
+
+/// Rings, in [`RINGS`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn rings(value: i64) -> Result<u32, String> {
+    whole(value, &RINGS)
+}
+
+/// Moments, in [`MOMENTS`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn moments(value: i64) -> Result<u32, String> {
+    whole(value, &MOMENTS)
+}
+
+/// A level's number, in [`LEVEL`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn level(value: i64) -> Result<u32, String> {
+    whole(value, &LEVEL)
+}
+
+/// Levels from tap to tap, in [`LEVEL_STEP`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn level_step(value: i64) -> Result<u32, String> {
+    whole(value, &LEVEL_STEP)
 }
 
 /// Texels along a side of the light map, in [`LIGHT_MAP`].

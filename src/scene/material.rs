@@ -1,6 +1,7 @@
 //! Scattering media: the presets of Jensen et al. 2001, and custom coefficients.
 
 use super::limits;
+use crate::optics::Dipole;
 use glam::DVec3;
 
 /// A homogeneous scattering medium with a smooth or rough dielectric boundary.
@@ -19,6 +20,11 @@ pub struct Material {
 }
 
 impl Material {
+    /// The diffusion profile of each channel.
+    pub fn dipoles(&self) -> [Dipole; 3] {
+        [0, 1, 2].map(|c| Dipole::new(self.sigma_s[c], self.sigma_a[c], self.eta))
+    }
+
     /// Checks every coefficient against [`limits`].
     ///
     /// # Errors

@@ -2,9 +2,10 @@
 
 use super::bundled::{self, Bundled};
 use super::{
-    Error, Jitter, Light, Material, Mesh, Method, Plan, Scene, Viewpoint, defaults, file, limits,
-    names, obj,
+    Error, Jitter, Light, Material, Mesh, Method, Mixture, Multiple, Plan, Scene, Viewpoint,
+    defaults, file, limits, names, obj,
 };
+use crate::optics::mixture::Fit;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -45,6 +46,16 @@ pub struct Request {
     pub split: Option<Method>,
     /// Samples a pixel, for the method that takes them.
     pub samples: u32,
+    /// Rings, for the method that takes them.
+    pub rings: u32,
+    /// Moments of depth that the mixture reads: 3 or 4.
+    pub moments: u32,
+    /// The first level of the mixture that reads the fourth moment, if any does.
+    pub fourth_from: u32,
+    /// 1 where the mixture taps every level, 2 where every second.
+    pub level_step: u32,
+    /// Where the weights of the mixture come from.
+    pub weights: Fit,
     /// Whether the specular reflection is added.
     pub specular: bool,
     /// Texels along a side of the light map.
@@ -100,6 +111,11 @@ impl Request {
             multiple: Method::Samples,
             split: None,
             samples: defaults::SAMPLES,
+            rings: defaults::RINGS,
+            moments: defaults::MOMENTS,
+            fourth_from: 0,
+            level_step: 1,
+            weights: Fit::Best,
             specular: true,
             light_map: defaults::LIGHT_MAP,
             frames_averaged: defaults::FRAMES_AVERAGED,
@@ -166,6 +182,16 @@ impl Request {
         check("camera fov", limits::fov(self.fov).map(drop))?;
         check("size", limits::size(self.size.map(i64::from)).map(drop))?;
         check("samples", limits::samples(self.samples.into()).map(drop))?;
+        check("rings", limits::rings(self.rings.into()).map(drop))?;
+        check("moments", limits::moments(self.moments.into()).map(drop))?;
+        check(
+            "fourth_from",
+            limits::level(self.fourth_from.into()).map(drop),
+        )?;
+        check(
+            "level_step",
+            limits::level_step(self.level_step.into()).map(drop),
+        )?;
         check(
             "light_map",
             limits::light_map(self.light_map.into()).map(drop),
@@ -204,8 +230,8 @@ impl Request {
                 camera,
             },
             size: self.size,
-            multiple: self.multiple.with_samples(self.samples),
-            split: self.split.map(|method| method.with_samples(self.samples)),
+            multiple: self.with_parameters(self.multiple),
+            split: self.split.map(|method| self.with_parameters(method)),
             specular: self.specular,
             light_map: self.light_map,
             frames_averaged: self.frames_averaged,
@@ -213,6 +239,17 @@ impl Request {
             exposure: self.exposure,
             background: self.background,
         })
+    }
+}
+
+impl Request {
+    fn with_parameters(&self, method: Method) -> Multiple {
+        let mixture = Mixture {
+            fourth_from: (self.moments == 4).then_some(self.fourth_from),
+            level_step: self.level_step,
+            fit: self.weights,
+        };
+        method.with(self.samples, self.rings, mixture)
     }
 }
 

@@ -141,6 +141,10 @@ pub fn light_map(renderer: &mut Renderer) -> LightMap {
             .iter()
             .map(|m| m.map(f64::from))
             .collect(),
+        fourth: read(renderer, Target::LightFourth)
+            .iter()
+            .map(|m| f64::from(m[0]))
+            .collect(),
         depth: read(renderer, Target::LightDepth)
             .iter()
             .map(|d| f64::from(d[0]))

@@ -1,18 +1,26 @@
 //! The shade pass: the radiance that leaves each visible point.
 
+mod mixture;
 mod multiple;
+mod rings;
 mod shadow;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+pub use mixture::{Spread, Tap, mixture, two_gaussians};
 pub use multiple::{TECHNIQUES, brdf, exact, samples, samples_shifted};
+pub use rings::rings;
 pub use shadow::visibility;
 
+use crate::cpu::boxes::{self, boxes};
+use crate::cpu::reduce::{self, pyramid};
 use crate::cpu::{GBuffer, LightMap};
+use crate::optics::mixture::{Levels, weights};
 use crate::optics::sampling::{blue_noise, r2};
 use crate::optics::{Dipole, fresnel, specular as microfacet};
-use crate::scene::{Light, Material, Multiple, View};
+use crate::scene::plan::LEVELS_MAX;
+use crate::scene::{Light, Material, Mixture, Multiple, View};
 
 /// Texels along a side of the tile of blue noise.
 pub const NOISE_SIZE: usize = 64;
@@ -54,6 +62,10 @@ pub struct Shading<'a> {
     pub noise: &'a [[f32; 2]],
     /// Index of the frame: moves the sample sequence.
     pub frame: u32,
+    /// Levels that the method `mixture` taps, from fine to coarse.
+    pub taps: Vec<Tap>,
+    /// Levels that the method `rings` reads, from level 0: means of (w, w z, w z^2, w z^3).
+    pub boxes: Vec<boxes::Level<4>>,
 }
 
 impl<'a> Shading<'a> {
@@ -68,17 +80,70 @@ impl<'a> Shading<'a> {
         noise: &'a [[f32; 2]],
         frame: u32,
     ) -> Self {
-        let dipole = |c: usize| Dipole::new(material.sigma_s[c], material.sigma_a[c], material.eta);
+        let dipoles = material.dipoles();
         Shading {
-            dipoles: [dipole(0), dipole(1), dipole(2)].map(|d| d.resolved(map.frame.texel)),
-            totals: DVec3::from_array([dipole(0), dipole(1), dipole(2)].map(|d| d.total())),
+            dipoles: dipoles.map(|d| d.resolved(map.frame.texel)),
+            totals: DVec3::from_array(dipoles.map(|d| d.total())),
             eta: material.eta,
             roughness: material.roughness,
             irradiance: light.perpendicular_irradiance(),
             map,
             noise,
             frame,
+            taps: Vec::new(),
+            boxes: Vec::new(),
         }
+    }
+
+    /// Reduces the map to what `multiple` reads.
+    pub fn reduce(&mut self, multiple: Multiple) {
+        match multiple {
+            Multiple::Rings(_) => {
+                self.boxes = boxes([self.map.frame.size; 2], &self.map.moments);
+            }
+            Multiple::Mixture(mixture) => {
+                let levels = self.levels(mixture);
+                let base: Vec<[f64; 5]> = self
+                    .map
+                    .moments
+                    .iter()
+                    .zip(&self.map.fourth)
+                    .map(|(&[a, b, c, d], &e)| [a, b, c, d, e])
+                    .collect();
+                let base = reduce::Level::base([self.map.frame.size; 2], &base);
+                let pyramid = pyramid(base, levels.last() + 1);
+                let smoothed = levels.iter().map(|k| reduce::smooth(&pyramid[k as usize]));
+                self.tap(mixture, smoothed.collect());
+            }
+            _ => {}
+        }
+    }
+
+    /// The levels that `mixture` taps.
+    pub fn levels(&self, mixture: Mixture) -> Levels {
+        let texel = self.map.frame.texel;
+        Levels::choose(&self.dipoles, texel, mixture.level_step, LEVELS_MAX)
+    }
+
+    /// Has `mixture` read the `smoothed` levels, those of [`Shading::levels`].
+    pub fn tap(&mut self, mixture: Mixture, smoothed: Vec<reduce::Level<5>>) {
+        let levels = self.levels(mixture);
+        let widths = levels.widths(self.map.frame.texel);
+        let shares = self
+            .dipoles
+            .map(|d| weights(&d, &widths, mixture.fit).values);
+        self.taps = levels
+            .iter()
+            .zip(smoothed)
+            .enumerate()
+            .map(|(i, (level, smoothed))| Tap {
+                level,
+                s: widths[i],
+                weight: DVec3::new(shares[0][i], shares[1][i], shares[2][i]),
+                fourth: mixture.fourth_from.is_some_and(|from| level >= from),
+                smoothed,
+            })
+            .collect();
     }
 
     /// Random shift of the sample sequence at a pixel, in [0, 1)^2: blue noise over the
@@ -113,12 +178,15 @@ pub fn specular(shading: &Shading, receiver: &Receiver) -> DVec3 {
     shading.irradiance * (value * cos * visibility(shading.map, receiver.p, receiver.n))
 }
 
-/// Radiant exitance M of multiple scattering at `receiver`, by one of the methods.
+/// Radiant exitance M of multiple scattering at `receiver`, by one of the methods;
+/// [`Shading::reduce`] must have made what it reads.
 pub fn exitance(shading: &Shading, receiver: &Receiver, multiple: Multiple) -> DVec3 {
     match multiple {
         Multiple::None => DVec3::ZERO,
         Multiple::Brdf => brdf(shading, receiver),
         Multiple::Samples(n) => samples(shading, receiver, n),
+        Multiple::Rings(n) => rings(shading, receiver, n),
+        Multiple::Mixture(_) => mixture(shading, receiver),
         Multiple::Exact => exact(shading, receiver),
     }
 }

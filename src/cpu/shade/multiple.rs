@@ -100,6 +100,6 @@ pub fn samples_shifted(shading: &Shading, receiver: &Receiver, n: u32, xi: [f64;
 }
 
 /// R_d (mm^-2) of the three channels at the squared distance `r2` (mm^2).
-fn r_d(shading: &Shading, r2: f64) -> DVec3 {
+pub(super) fn r_d(shading: &Shading, r2: f64) -> DVec3 {
     DVec3::from_array(shading.dipoles.map(|d| d.r_d_squared(r2)))
 }

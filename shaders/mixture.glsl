@@ -1,0 +1,94 @@
+// Multiple scattering as a mixture of Gaussians (docs/methods/mixture.md): R_d is a positive
+// mixture of 3-D Gaussians, each octave of which is a blur of the light map times an expectation
+// over depth. One tap a level gives both. CPU twin: cpu/shade/mixture.rs.
+
+// Levels that read three moments, and after them levels that read the fourth, too.
+layout(constant_id = 1) const int THREE = 9;
+layout(constant_id = 2) const int FOUR = 0;
+
+// Least and largest slope tan^2 of the receiver that the depth spread within a kernel is held
+// to: a facing surface still curves, and a grazing one does not fill its tangent plane.
+const float SLOPE_MIN = 0.03;
+const float SLOPE_MAX = 40.0;
+
+// Depth below a level's kernel, in units of the half depth range: mean, variance and third
+// central moment. The floor of the variance is what float32 leaves of m2 - m1^2.
+struct Spread {
+    float m1;
+    float m2;
+    float v;
+    float c3;
+};
+
+Spread spread(vec4 m) {
+    float i = 1.0 / max(m.x, 1e-6);
+    Spread d;
+    d.m1 = m.y * i;
+    d.m2 = m.z * i;
+    d.v = max(d.m2 - d.m1 * d.m1, 1.2e-7 * (d.m1 * d.m1 + 1e-3));
+    d.c3 = m.w * i - d.m1 * (d.m2 + 2.0 * d.v);
+    return d;
+}
+
+// The expectation of exp(-(z - z_p)^2 / (2 s^2)) / s over two Gaussians of the common variance
+// `var`, which have the mean, the variance and the third moment of `d`. Where var = v they
+// are one. `s2` is s^2.
+float expectation(Spread d, float z_p, float var, float s2) {
+    float y = max(d.v - var, 0.0);
+    // Half of the distance's skew, q = c3 / 2y, and half of their distance.
+    float q = d.c3 * y / (2.0 * (y * y + 1e-12 * s2 * s2));
+    float apart = sqrt(q * q + y + 1e-30);
+    float c = d.m1 - z_p + q;
+    float g = 1.0 / (s2 + var);
+    float k = -0.5 * LOG2_E * g;
+    float far = exp2(k * (c + apart) * (c + apart));
+    float near = exp2(k * (c - apart) * (c - apart));
+    return 0.5 * sqrt(g) * (far + near + q / apart * (near - far));
+}
+
+// The common variance of the two Gaussians that have all four moments, `m4` being the fourth
+// about 0: v (1 - Y) with 2 Y^3 + kappa Y - gamma^2 = 0. One step of Halley's from the guess is
+// within 0.026 of the root everywhere, and 0.004 in the mean (tests/mixture.rs). Where float32
+// cannot carry the fourth moment it fades to `fallback`.
+float common_variance(Spread d, float m4, float fallback) {
+    float square = d.m1 * d.m1;
+    float c4 = m4 - d.m1 * (4.0 * d.c3 + d.m1 * (6.0 * d.v + square));
+    float v2 = d.v * d.v;
+    float gamma2 = d.c3 * d.c3 / (v2 * d.v);
+    float kappa = c4 / v2 - 3.0;
+    float y = min(sqrt(0.5 * (max(-kappa, 0.0) + 0.8 * sqrt(gamma2))), 1.0);
+    float f = y * (2.0 * y * y + kappa) - gamma2;
+    float df = 6.0 * y * y + kappa;
+    y = clamp(y - f * df / (df * df - 6.0 * y * f + 1e-20), 0.0, 1.0);
+    float rho = v2 / (4.8e-7 * (square * (square + 6.0 * d.v) + 3.0 * v2));
+    return mix(fallback, d.v * (1.0 - y), clamp(0.25 * (rho - 1.0), 0.0, 1.0));
+}
+
+vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
+    vec3 q = to_light_space(p);
+    vec2 st = q.xy * frame.light_scale.y;
+    float cos_i = dot(n, frame.light_z.xyz);
+    float cos2 = max(cos_i * cos_i, 1e-6);
+    float slope = clamp((1.0 - cos2) / cos2, SLOPE_MIN, SLOPE_MAX);
+
+    vec3 sum = vec3(0.0);
+    [[unroll]] for (int i = 0; i < THREE; ++i) {
+        vec2 at = st * frame.level_places[i].x + frame.level_places[i].yz;
+        vec4 w = frame.level_weights[i];
+        vec4 m = FETCH_LINEAR(smoothed, at, frame.map.yz);
+        Spread d = spread(m);
+        sum += w.rgb * (m.x * expectation(d, q.z, min(d.v, slope * w.w), w.w));
+    }
+#if defined(FOURTH)
+    [[unroll]] for (int i = THREE; i < THREE + FOUR; ++i) {
+        vec2 at = st * frame.level_places[i].x + frame.level_places[i].yz;
+        vec4 w = frame.level_weights[i];
+        vec4 m = FETCH_LINEAR(smoothed, at, frame.map.yz);
+        float m4 = FETCH_LINEAR(smoothed_fourth, at, frame.map.yz).x / max(m.x, 1e-6);
+        Spread d = spread(m);
+        float var = common_variance(d, m4, min(d.v, slope * w.w));
+        sum += w.rgb * (m.x * expectation(d, q.z, var, w.w));
+    }
+#endif
+    return frame.irradiance.rgb * sum;
+}
