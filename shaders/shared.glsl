@@ -16,7 +16,7 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 light_v;        // unit axis of the map's rows; w: minus the map's corner
     vec4 light_z;        // unit axis away from the light; w: minus the middle depth
     vec4 light_scale;    // texel, 1 / texel, half depth range, 1 / half depth range
-    vec4 map;            // side of the map in texels, 1 / columns and 1 / rows of its image
+    vec4 map;            // side of the map in texels, 1 / columns and 1 / rows of its image; w: Taps::kept of scene/plan.rs
     vec4 irradiance;     // E0 per channel; w: area of a light texel, mm^2
     vec4 sigma_tr;       // effective transport coefficient per channel; w: eta
     vec4 z_r;            // depth of the real source per channel; w: GGX alpha
@@ -25,8 +25,8 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 r_tot;          // total diffuse reflectance per channel
     vec4 sequence;       // offsets of radius and angle of this frame's samples; z: 1 / (frames so far + 1)
     vec4 background;     // linear rgb; w: 1 where it is put behind the picture
-    vec4 level_weights[9];  // of each level of the mixture: W s per channel; w: s^2, both with s over the half depth range
-    vec4 level_places[9];   // 2^-level, and the level's corner in the atlas, texels
+    vec4 level_weights[9];  // of each level of the mixture: W per channel; w: s^2, s over the half depth range
+    vec4 level_places[9];   // 2^-level, and the level's corner in the atlas, texels; w: s
 } frame;
 
 // Depth of the clip range that the caster's depth range fills, so that its ends are never clipped.

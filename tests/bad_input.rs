@@ -295,7 +295,11 @@ const CASES: &[Case] = &[
         "bad method in a file",
         &[("s.toml", b"[method]\nmultiple = \"magic\"\n")],
         "render s.toml -o out.png",
-        &["s.toml:2", "magic", "none, brdf, samples, exact"],
+        &[
+            "s.toml:2",
+            "magic",
+            "none, brdf, samples, rings, mixture, exact",
+        ],
     ),
     case(
         "bad split",

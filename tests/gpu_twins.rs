@@ -9,7 +9,7 @@ use glam::DVec3;
 use marmor::cpu::{self, shade::Shading};
 use marmor::frame::Renderer;
 use marmor::ledger::Filter;
-use marmor::scene::{Jitter, Mesh, Mixture, Multiple, Plan};
+use marmor::scene::{Fourth, Jitter, Mesh, Mixture, Multiple, Plan};
 
 const SIZE: [u32; 2] = [160, 120];
 
@@ -351,7 +351,7 @@ fn mixture() {
         return;
     };
     let from = |level| Mixture {
-        fourth_from: Some(level),
+        fourth: Fourth::From(level),
         ..Mixture::THREE
     };
     let half = |mixture| Mixture {

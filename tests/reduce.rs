@@ -12,7 +12,7 @@ use glam::DVec2;
 use marmor::cpu::reduce::{self, Level};
 use marmor::frame::{Renderer, Target, reduce_alone};
 use marmor::scene::pyramid::Atlas;
-use marmor::scene::{Jitter, Mixture, Multiple, Plan};
+use marmor::scene::{Fourth, Jitter, Mixture, Multiple, Plan};
 
 /// Texels of premultiplied depth moments up to the fourth; a third of them are empty.
 fn moments(size: [u32; 2], seed: u64) -> Vec<[f64; 5]> {
@@ -325,9 +325,9 @@ fn a_frame_reduces_what_its_light_pass_drew() {
         );
 
         let side = plan.light_map;
-        let levels = plan.levels(mixture, renderer.light_frame(0).texel);
+        let levels = plan.taps(mixture, renderer.light_frame(0).texel).levels;
         let mut read = |target| renderer.read(target).expect("an image");
-        let fourth = mixture.fourth_from.is_some();
+        let fourth = mixture.fourth != Fourth::Never;
         let joined = |[main, fourth]: [Vec<[f32; 4]>; 2]| -> Vec<[f32; 5]> {
             let pairs = main.iter().zip(&fourth);
             pairs.map(|(m, f)| [m[0], m[1], m[2], m[3], f[0]]).collect()

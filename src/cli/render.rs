@@ -123,6 +123,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "LEVEL", value_parser = values::level, allow_hyphen_values = true, help_heading = "Method")]
     fourth_from: Option<u32>,
 
+    /// How many levels of the mixture read the fourth moment, those that carry the most light, with
+    /// --moments 4 [default: all]
+    #[arg(long, value_name = "N", value_parser = values::fourth_levels, allow_hyphen_values = true, conflicts_with = "fourth_from", help_heading = "Method")]
+    fourth_levels: Option<u32>,
+
     /// 1: the mixture taps every level; 2: every second, at half the fetches [default: 1]
     #[arg(long, value_name = "1|2", value_parser = values::level_step, allow_hyphen_values = true, help_heading = "Method")]
     level_step: Option<u32>,
@@ -211,6 +216,10 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     set(&mut request.rings, &arguments.rings);
     set(&mut request.moments, &arguments.moments);
     set(&mut request.fourth_from, &arguments.fourth_from);
+    set(
+        &mut request.fourth_levels,
+        &arguments.fourth_levels.map(Some),
+    );
     set(&mut request.level_step, &arguments.level_step);
     set(&mut request.weights, &arguments.weights);
     set(&mut request.specular, &arguments.specular);
@@ -259,6 +268,11 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
             Method::Mixture,
         ),
         (
+            "--fourth-levels",
+            arguments.fourth_levels.is_some(),
+            Method::Mixture,
+        ),
+        (
             "--level-step",
             arguments.level_step.is_some(),
             Method::Mixture,
@@ -274,10 +288,14 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
             of.name(),
         )));
     }
-    if arguments.fourth_from.is_some() && request.moments != 4 {
-        return Err(Failure::Input(
-            "--fourth-from has no effect on 3 moments; drop it, or add --moments 4".to_owned(),
-        ));
+    let fourth = [
+        ("--fourth-from", arguments.fourth_from.is_some()),
+        ("--fourth-levels", arguments.fourth_levels.is_some()),
+    ];
+    if let Some((flag, _)) = fourth.iter().find(|f| f.1 && request.moments != 4) {
+        return Err(Failure::Input(format!(
+            "{flag} has no effect on 3 moments; drop it, or add --moments 4"
+        )));
     }
     Ok(request.plan()?)
 }

@@ -71,6 +71,10 @@ pub(super) fn level(text: &str) -> Result<u32, String> {
     limits::level(whole(text)?)
 }
 
+pub(super) fn fourth_levels(text: &str) -> Result<u32, String> {
+    limits::fourth_levels(whole(text)?)
+}
+
 pub(super) fn level_step(text: &str) -> Result<u32, String> {
     limits::level_step(whole(text)?)
 }

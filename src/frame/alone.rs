@@ -36,13 +36,11 @@ pub fn reduce_alone(
     moments: &[[f32; 4]],
     fourth: Option<&[f32]>,
     levels: RangeInclusive<u32>,
-    linear: bool,
     times: u32,
 ) -> gpu::Result<Reduced> {
     let desc = PyramidDesc {
+        fourth: fourth.is_some().then(|| levels.clone()),
         levels,
-        fourth: fourth.is_some(),
-        linear,
     };
     let (target, pyramid) = LightMap::with_levels(device, size, &desc)?;
     let pass = ReducePass::new(device, &target, &pyramid)?;

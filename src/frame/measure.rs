@@ -5,8 +5,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::boxes_ways::{Chain, Way};
+use super::record_reduce;
+use super::reduce::ReducePass;
 use super::run::{Error, Options, open_device};
-use crate::gpu::{self, Device, Slot, Timestamps, barrier};
+use super::targets::{LightMap, PyramidDesc};
+use crate::gpu::{self, Device, Slot, Timestamps, Use, barrier};
+use crate::scene::plan::LEVELS_MAX;
 
 /// Rounds that do not count: drivers compile and allocate on first use.
 const WARM_UP: u32 = 3;
@@ -69,13 +73,69 @@ pub fn reduce(options: &Options, side: u32, rounds: u32) -> Result<Reduce, Error
             Err(error) => return Err(error.into()),
         }
     }
-    let ways: Vec<_> = chains
+    // What the mixture reads: down to one texel, but no further than it ever taps.
+    let last = side.ilog2().min(LEVELS_MAX - 1);
+    let pyramid = |first| {
+        let desc = PyramidDesc {
+            levels: first..=last,
+            fourth: None,
+        };
+        let (moments, pyramid) = LightMap::with_levels(&device, [side, side], &desc)?;
+        let pass = ReducePass::new(&device, &moments, &pyramid)?;
+        Ok::<_, gpu::Error>((moments, pyramid, pass))
+    };
+    let [from_0, from_1] = [pyramid(0)?, pyramid(1.min(last))?];
+    let mut ways: Vec<_> = chains
         .iter()
         .map(|(name, chain)| Timed {
             name,
             record: Box::new(|commands| chain.record(commands)),
         })
         .collect();
+    ways.push(Timed {
+        name: "decimate",
+        record: Box::new(|commands| {
+            let (moments, pyramid, pass) = &from_0;
+            let general = Use::COMPUTE_STORAGE;
+            let name = c"RAW, WAR: level 1 is made of level 0";
+            barrier::image(
+                &device,
+                commands,
+                name,
+                moments,
+                Use::FRAGMENT_SAMPLE,
+                general,
+            );
+            for level in 1..pyramid.atlas.levels() {
+                pass.decimate(commands, level);
+                let name = c"RAW: the next level is made of this one";
+                let [write, read] = [Use::COMPUTE_WRITE, Use::COMPUTE_READ];
+                barrier::image(&device, commands, name, moments, write, read);
+            }
+            let name = c"layout: as it was";
+            barrier::image(
+                &device,
+                commands,
+                name,
+                moments,
+                general,
+                Use::FRAGMENT_SAMPLE,
+            );
+        }),
+    });
+    for (name, (moments, pyramid, pass)) in [
+        ("decimate, smooth from 0", &from_0),
+        ("decimate, smooth from 1", &from_1),
+    ] {
+        let device = &device;
+        ways.push(Timed {
+            name,
+            record: Box::new(move |commands| {
+                let state = [Use::FRAGMENT_SAMPLE; 2];
+                record_reduce(device, commands, moments, pyramid, pass, state);
+            }),
+        });
+    }
     let times = interleaved(&device, &ways, rounds)?;
     Ok(Reduce {
         device: candidate.name.clone(),
@@ -151,9 +211,10 @@ fn check_fit(options: &Options, device: &Device, side: u32) -> Result<(), Error>
             candidate.name
         )));
     }
-    // Each way has its base and a pyramid of a third of it; one staging copy at a time.
+    // Each way has its base and a pyramid of a third of it, and the mixture twice three images of
+    // at most twice the base; one staging copy at a time.
     let level_0 = 16 * u64::from(side).pow(2);
-    let needed = Way::ALL.len() as u64 * level_0 * 4 / 3 + level_0;
+    let needed = Way::ALL.len() as u64 * level_0 * 4 / 3 + 13 * level_0;
     let memory = options
         .memory_limit
         .unwrap_or(u64::MAX)

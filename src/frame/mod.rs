@@ -45,7 +45,7 @@ use crate::gpu::{
 };
 use crate::ledger::Filter;
 use crate::optics::sampling::r2;
-use crate::scene::{Jitter, LightFrame, Multiple, Plan, View};
+use crate::scene::{Jitter, LightFrame, Multiple, Plan, Taps, View};
 use boxes::BoxesPass;
 use bytemuck::Zeroable;
 use exact::ExactPass;
@@ -142,6 +142,7 @@ pub struct Renderer {
     map: LightMap,
     boxes: Option<Boxes>,
     levels: LevelTable,
+    kept: f64,
     gbuffer: GBuffer,
     canvas: Canvas,
     mean_readback: Buffer,
@@ -199,17 +200,13 @@ impl Renderer {
         let center = mesh.center();
         let radius = mesh.bounding_radius();
         let light_frame = plan.light_frame();
-        let mixture = plan.methods().find_map(|method| match method {
-            Multiple::Mixture(mixture) => Some(mixture),
+        let taps = plan.methods().find_map(|method| match method {
+            Multiple::Mixture(mixture) => Some(plan.taps(mixture, light_frame.texel)),
             _ => None,
         });
-        let pyramid = mixture.map(|mixture| {
-            let levels = plan.levels(mixture, light_frame.texel);
-            PyramidDesc {
-                levels: levels.first..=levels.last(),
-                fourth: mixture.fourth_from.is_some(),
-                linear: filter == Filter::Linear,
-            }
+        let pyramid = taps.as_ref().map(|taps| PyramidDesc {
+            levels: taps.span(0..taps.levels.count),
+            fourth: (!taps.fourth.is_empty()).then(|| taps.span(taps.fourth.clone())),
         });
 
         let slots = (0..FRAMES_IN_FLIGHT)
@@ -237,12 +234,13 @@ impl Renderer {
         let boxes = has_rings
             .then(|| Boxes::new(device, [plan.light_map; 2]))
             .transpose()?;
-        let levels = match (mixture, &map.pyramid) {
-            (Some(mixture), Some(pyramid)) => {
-                LevelTable::new(plan, mixture, &light_frame, &pyramid.atlas)
+        let levels = match (&taps, &map.pyramid) {
+            (Some(taps), Some(pyramid)) => {
+                LevelTable::new(taps, light_frame.z_half, &pyramid.atlas)
             }
             _ => LevelTable::zeroed(),
         };
+        let kept = taps.as_ref().map_or(0.0, Taps::kept);
         let gbuffer = GBuffer::new(device, plan.size)?;
         let canvas = Canvas::new(device, plan.size)?;
         let readback = |name, bytes: u64| {
@@ -310,6 +308,7 @@ impl Renderer {
             map,
             boxes,
             levels,
+            kept,
             gbuffer,
             canvas,
             mean_readback: readback("mean readback", 16)?,
@@ -440,7 +439,7 @@ impl Renderer {
             &view,
             &light,
             self.map.moments.size(),
-            &self.levels,
+            (&self.levels, self.kept),
             done,
             sequence.into(),
         );
@@ -772,7 +771,7 @@ fn record_boxes(
     );
 }
 
-/// reduce: the pyramid level by level, then all levels smoothed at once, rows before columns.
+/// reduce: the pyramid level by level, then all levels smoothed at once.
 /// `before` has written level 0; `after` reads the pyramid.
 #[rustfmt::skip] // A barrier is read as a sentence.
 fn record_reduce(
@@ -785,15 +784,13 @@ fn record_reduce(
 ) {
     let fourth = pyramid.fourth.as_ref();
     let moments = || std::iter::once(moments).chain(fourth.map(|f| &f.moments));
-    let rows = || std::iter::once(&pyramid.rows).chain(fourth.map(|f| &f.rows));
     let smoothed = || std::iter::once(&pyramid.smoothed).chain(fourth.map(|f| &f.smoothed));
 
-    // Sampled and written in one layout; a dispatch writes none of the texels that it reads.
-    let halving = Use::COMPUTE_SAMPLE_GENERAL.and(Use::COMPUTE_WRITE);
+    // A dispatch writes none of the texels of an image that it reads.
     for image in moments() {
         barrier::image(
             device, commands, c"RAW: level 1 and smoothing read level 0; WAR: the previous frame reads the others",
-            image, before, halving,
+            image, before, Use::COMPUTE_STORAGE,
         );
     }
     for level in 1..pyramid.atlas.levels() {
@@ -801,22 +798,9 @@ fn record_reduce(
         for image in moments() {
             barrier::image(
                 device, commands, c"RAW: the next level and smoothing read this one",
-                image, Use::COMPUTE_WRITE, Use::COMPUTE_SAMPLE_GENERAL,
+                image, Use::COMPUTE_WRITE, Use::COMPUTE_READ,
             );
         }
-    }
-    for image in rows() {
-        barrier::image(
-            device, commands, c"WAR: the previous frame smooths columns of the rows",
-            image, Use::COMPUTE_SAMPLE_GENERAL, Use::COMPUTE_WRITE,
-        );
-    }
-    reduce.smooth_rows(commands);
-    for image in rows() {
-        barrier::image(
-            device, commands, c"RAW: columns are smoothed after rows",
-            image, Use::COMPUTE_WRITE, Use::COMPUTE_SAMPLE_GENERAL,
-        );
     }
     for image in smoothed() {
         barrier::image(
@@ -824,7 +808,7 @@ fn record_reduce(
             image, Use::FRAGMENT_SAMPLE, Use::COMPUTE_WRITE,
         );
     }
-    reduce.smooth_columns(commands);
+    reduce.smooth(commands);
     for image in smoothed() {
         barrier::image(
             device, commands, c"RAW: shading samples the smoothed moments",
@@ -834,7 +818,7 @@ fn record_reduce(
     for image in moments() {
         barrier::image(
             device, commands, c"RAW: shading samples the light moments; WAR: smoothing has read them",
-            image, halving, after,
+            image, Use::COMPUTE_STORAGE, after,
         );
     }
 }
@@ -845,13 +829,13 @@ fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
         columns,
         method,
         counts: match method {
-            Multiple::None | Multiple::Brdf | Multiple::Exact => [0, 0],
-            Multiple::Samples(n) => [n, 0],
-            Multiple::Rings(n) => [plan.rings(n), 0],
+            Multiple::None | Multiple::Brdf | Multiple::Exact => [0; 3],
+            Multiple::Samples(n) => [n, 0, 0],
+            Multiple::Rings(n) => [plan.rings(n), 0, 0],
             Multiple::Mixture(mixture) => {
-                let levels = plan.levels(mixture, texel);
-                let four = mixture.fetches(levels) - levels.count;
-                [levels.count - four, four]
+                let taps = plan.taps(mixture, texel);
+                let Range { start, end } = taps.fourth;
+                [start, end - start, taps.levels.count - end]
             }
         },
     };

@@ -43,9 +43,9 @@ pub struct PartDesc {
     pub columns: [u32; 2],
     /// Its method.
     pub method: Multiple,
-    /// How many samples, or rings; of the mixture, how many levels read three moments, and how
-    /// many read four.
-    pub counts: [u32; 2],
+    /// How many samples, or rings; of the mixture, how many levels read three moments, then four,
+    /// then three again.
+    pub counts: [u32; 3],
 }
 
 impl ShadePass {
@@ -93,13 +93,11 @@ impl ShadePass {
                     Multiple::Rings(_) => {
                         own.extend(boxes.map(|b| Binding::Sampled(&b.image, &bilinear)));
                     }
-                    Multiple::Mixture(mixture) => {
+                    Multiple::Mixture(_) => {
                         let pyramid = map.pyramid.as_ref();
                         own.extend(pyramid.map(|p| Binding::Sampled(&p.smoothed, &bilinear)));
                         let fourth = pyramid.and_then(|p| p.fourth.as_ref());
-                        if mixture.fourth_from.is_some() {
-                            own.extend(fourth.map(|f| Binding::Sampled(&f.smoothed, &bilinear)));
-                        }
+                        own.extend(fourth.map(|f| Binding::Sampled(&f.smoothed, &bilinear)));
                     }
                     Multiple::None | Multiple::Brdf | Multiple::Exact => {}
                 }
@@ -121,7 +119,7 @@ impl ShadePass {
                 let sets = DescriptorSets::new(device, "shade", stages, &bindings)?;
                 let desc = GraphicsDesc {
                     vertex: &shaders::SHADE_VERT,
-                    fragment: Some(variant(part.method, filter)),
+                    fragment: Some(variant(part, filter)),
                     vertices: None,
                     cull: vk::CullModeFlags::NONE,
                     front: vk::FrontFace::COUNTER_CLOCKWISE,
@@ -129,7 +127,12 @@ impl ShadePass {
                     depth: (vk::CompareOp::GREATER, false),
                     colors: 1,
                     subpass,
-                    constants: &[u32::from(specular), part.counts[0], part.counts[1]],
+                    constants: &[
+                        u32::from(specular),
+                        part.counts[0],
+                        part.counts[1],
+                        part.counts[2],
+                    ],
                 };
                 Ok(Part {
                     columns: part.columns,
@@ -156,22 +159,21 @@ impl ShadePass {
     }
 }
 
-/// The shader of a method.
-fn variant(method: Multiple, filter: Filter) -> &'static Shader {
+/// The shader of a part.
+fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
     use shaders as s;
-    match (method, filter) {
+    let fourth = part.counts[1] > 0;
+    match (part.method, filter) {
         // `exact` adds its term in a compute pass of its own.
         (Multiple::None | Multiple::Exact, _) => &s::SHADE_FRAG_NONE,
         (Multiple::Brdf, _) => &s::SHADE_FRAG_BRDF,
         (Multiple::Samples(_), _) => &s::SHADE_FRAG_SAMPLES,
         (Multiple::Rings(_), Filter::Linear) => &s::SHADE_FRAG_RINGS,
         (Multiple::Rings(_), Filter::Texels) => &s::SHADE_FRAG_RINGS_NEAREST,
-        (Multiple::Mixture(mixture), filter) => match (mixture.fourth_from, filter) {
-            (None, Filter::Linear) => &s::SHADE_FRAG_MIXTURE,
-            (None, Filter::Texels) => &s::SHADE_FRAG_MIXTURE_NEAREST,
-            (Some(_), Filter::Linear) => &s::SHADE_FRAG_MIXTURE_FOURTH,
-            (Some(_), Filter::Texels) => &s::SHADE_FRAG_MIXTURE_NEAREST_FOURTH,
-        },
+        (Multiple::Mixture(_), Filter::Linear) if !fourth => &s::SHADE_FRAG_MIXTURE,
+        (Multiple::Mixture(_), Filter::Linear) => &s::SHADE_FRAG_MIXTURE_FOURTH,
+        (Multiple::Mixture(_), Filter::Texels) if !fourth => &s::SHADE_FRAG_MIXTURE_NEAREST,
+        (Multiple::Mixture(_), Filter::Texels) => &s::SHADE_FRAG_MIXTURE_NEAREST_FOURTH,
     }
 }
 

@@ -26,10 +26,8 @@ pub struct LightMap {
 pub struct PyramidDesc {
     /// The levels that are smoothed; the pyramid itself starts at level 0.
     pub levels: RangeInclusive<u32>,
-    /// Whether there is a fourth moment.
-    pub fourth: bool,
-    /// Whether levels are halved by bilinear taps, where the device has them.
-    pub linear: bool,
+    /// The levels of the fourth moment that are smoothed, if there is one.
+    pub fourth: Option<RangeInclusive<u32>>,
 }
 
 /// The images of a pyramid besides the moments themselves, all laid out by one atlas.
@@ -41,11 +39,7 @@ pub struct Pyramid {
     pub atlas: Atlas,
     /// The levels that are smoothed.
     pub levels: RangeInclusive<u32>,
-    /// Whether 32-bit floats are filtered linearly.
-    pub linear: bool,
-    /// RGBA32F, the rows of each level smoothed.
-    pub rows: Image,
-    /// RGBA32F, rows and columns of each level smoothed.
+    /// RGBA32F, each level smoothed.
     pub smoothed: Image,
     /// The fourth moment, which has images of its own.
     pub fourth: Option<Fourth>,
@@ -53,11 +47,11 @@ pub struct Pyramid {
 
 /// The fourth moment w z^4 of a pyramid, R32F.
 pub struct Fourth {
+    /// The levels that are smoothed.
+    pub levels: RangeInclusive<u32>,
     /// The pyramid.
     pub moments: Image,
-    /// The rows of each level smoothed.
-    pub rows: Image,
-    /// Rows and columns of each level smoothed.
+    /// Each level smoothed.
     pub smoothed: Image,
 }
 
@@ -124,33 +118,28 @@ impl LightMap {
         };
         let all = Format::R32G32B32A32_SFLOAT;
         let moments = image("light moments", all, U::COLOR_ATTACHMENT)?;
-        let rows = image("light rows", all, U::empty())?;
         let smoothed = image("light smoothed", all, U::empty())?;
         let one = Format::R32_SFLOAT;
-        let fourth = match desc.fourth {
-            true => Some(Fourth {
+        let fourth = match &desc.fourth {
+            Some(levels) => Some(Fourth {
+                levels: levels.clone(),
                 moments: image("light fourth moment", one, U::COLOR_ATTACHMENT)?,
-                rows: image("light fourth moment, rows", one, U::empty())?,
                 smoothed: image("light fourth moment, smoothed", one, U::empty())?,
             }),
-            false => None,
+            None => None,
         };
         let mut states = vec![
             (&moments, Use::FRAGMENT_SAMPLE),
-            (&rows, Use::COMPUTE_SAMPLE_GENERAL),
             (&smoothed, Use::FRAGMENT_SAMPLE),
         ];
         if let Some(fourth) = &fourth {
             states.push((&fourth.moments, Use::FRAGMENT_SAMPLE));
-            states.push((&fourth.rows, Use::COMPUTE_SAMPLE_GENERAL));
             states.push((&fourth.smoothed, Use::FRAGMENT_SAMPLE));
         }
         submit::clear_images(device, &states)?;
         let pyramid = Pyramid {
             atlas,
             levels: desc.levels.clone(),
-            linear: desc.linear && device.candidate().linear_floats,
-            rows,
             smoothed,
             fourth,
         };

@@ -4,10 +4,9 @@ use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::optics::Dipole;
-use crate::optics::mixture::weights;
 use crate::scene::plan::LEVELS_MAX;
 use crate::scene::pyramid::Atlas;
-use crate::scene::{LightFrame, Mixture, Plan, View};
+use crate::scene::{LightFrame, Plan, Taps, View};
 
 /// Fraction of clip depth that the caster's range fills: `LIGHT_DEPTH_MARGIN` of `shared.glsl`.
 const LIGHT_DEPTH_MARGIN: f64 = 1.001;
@@ -40,7 +39,7 @@ pub struct Uniforms {
     pub light_z: [f32; 4],
     /// Texel, 1 / texel, half depth range, 1 / half depth range.
     pub light_scale: [f32; 4],
-    /// Side of the light map in texels, 1 / columns and 1 / rows of its image.
+    /// Side of the light map in texels, 1 / columns and 1 / rows of its image; w: [`Taps::kept`].
     pub map: [f32; 4],
     /// E0 per channel; w: area of a light texel, mm^2.
     pub irradiance: [f32; 4],
@@ -66,29 +65,27 @@ pub struct Uniforms {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct LevelTable {
-    /// Of each level: W s per channel; w: s^2, both with s over the half depth range.
+    /// Of each level: W per channel; w: s^2, s over the half depth range.
     pub weights: [[f32; 4]; LEVELS_MAX as usize],
-    /// 2^-level, and the level's corner in the atlas, texels.
+    /// 2^-level, and the level's corner in the atlas, texels; w: s.
     pub places: [[f32; 4]; LEVELS_MAX as usize],
 }
 
 impl LevelTable {
-    /// The levels of `mixture` on the map of `light`, whose pyramid lies in `atlas`.
-    pub fn new(plan: &Plan, mixture: Mixture, light: &LightFrame, atlas: &Atlas) -> Self {
+    /// What `taps` say of a map whose half depth range is `z_half` mm, and whose pyramid lies in
+    /// `atlas`.
+    pub fn new(taps: &Taps, z_half: f64, atlas: &Atlas) -> Self {
         let mut table = LevelTable::zeroed();
-        let levels = plan.levels(mixture, light.texel);
-        let widths = levels.widths(light.texel);
-        let shares = plan
-            .dipoles(light.texel)
-            .map(|d| weights(&d, &widths, mixture.fit).values);
-        for (i, (level, width)) in levels.iter().zip(widths).enumerate() {
-            let s = width / light.z_half;
+        for (i, level) in taps.levels.iter().enumerate() {
+            let s = taps.widths[i] / z_half;
             let [x, y] = atlas.places[level as usize].origin;
-            table.weights[i] = vec4(
-                DVec3::from_array([0, 1, 2].map(|c| shares[c][i])) * s,
-                s * s,
-            );
-            table.places[i] = [(-f64::from(level)).exp2() as f32, x as f32, y as f32, 0.0];
+            table.weights[i] = vec4(taps.weights[i], s * s);
+            table.places[i] = [
+                (-f64::from(level)).exp2() as f32,
+                x as f32,
+                y as f32,
+                s as f32,
+            ];
         }
         table
     }
@@ -108,7 +105,7 @@ impl Uniforms {
         view: &View,
         light: &LightFrame,
         atlas: [u32; 2],
-        levels: &LevelTable,
+        (levels, kept): (&LevelTable, f64),
         done: u32,
         sequence: DVec2,
     ) -> Self {
@@ -139,7 +136,7 @@ impl Uniforms {
                 light.size as f32,
                 1.0 / atlas[0] as f32,
                 1.0 / atlas[1] as f32,
-                0.0,
+                kept as f32,
             ],
             irradiance: vec4(
                 plan.scene.light.perpendicular_irradiance(),

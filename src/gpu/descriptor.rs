@@ -13,8 +13,6 @@ pub enum Binding<'a> {
     Uniform(&'a Buffer),
     /// An image read through a sampler.
     Sampled(&'a Image, &'a Sampler),
-    /// An image read through a sampler, and kept in the general layout since compute writes it, too.
-    SampledGeneral(&'a Image, &'a Sampler),
     /// One MIP level of an image, read through a sampler.
     SampledLevel(&'a Image, &'a Sampler, u32),
     /// A storage image of one level.
@@ -31,7 +29,7 @@ impl Binding<'_> {
     fn kind(&self) -> vk::DescriptorType {
         match self {
             Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
-            Binding::Sampled(..) | Binding::SampledGeneral(..) | Binding::SampledLevel(..) => {
+            Binding::Sampled(..) | Binding::SampledLevel(..) => {
                 vk::DescriptorType::COMBINED_IMAGE_SAMPLER
             }
             Binding::Storage(_) | Binding::StorageLevel(..) => vk::DescriptorType::STORAGE_IMAGE,
@@ -52,7 +50,6 @@ impl Binding<'_> {
         let (view, layout, sampler) = match self {
             Binding::Uniform(_) | Binding::StorageBuffer(_) => return None,
             Binding::Sampled(image, sampler) => (image.view, read_only(image), sampler.raw),
-            Binding::SampledGeneral(image, sampler) => (image.view, general, sampler.raw),
             Binding::SampledLevel(image, sampler, level) => {
                 (image.level_view(*level), read_only(image), sampler.raw)
             }

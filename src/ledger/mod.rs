@@ -11,9 +11,10 @@ pub const INPUT: &str = "input";
 /// The term of reads per texel written, in passes over the light map.
 pub const TEXEL: &str = "texel";
 
-/// Reads of each of the two halves of the smoothing, rows and columns, per texel written: an
-/// invocation makes four texels of twelve.
-const SMOOTH_LOADS: u32 = 3;
+/// Reads per texel that halving writes: an invocation makes 2x2 texels of 6x6.
+const HALVE_LOADS: u32 = 9;
+/// Reads per texel that smoothing writes: an invocation makes 4x4 texels of 12x12.
+const SMOOTH_LOADS: u32 = 9;
 
 /// How a device reads between texels of 32-bit floats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,24 +112,19 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
             }
         }
         Multiple::Mixture(mixture) => {
-            let levels = plan.levels(mixture, plan.light_frame().texel);
-            let textures = if mixture.fourth_from.is_some() { 2 } else { 1 };
+            let [levels, fourth] = plan.taps(mixture, plan.light_frame().texel).counts();
             for (what, count) in [
-                (
-                    "level above, 4x4 texels in four bilinear taps",
-                    4 * filter.fetches(),
-                ),
-                ("rows of a level, nearest", SMOOTH_LOADS),
-                ("columns of a level, nearest", SMOOTH_LOADS),
+                ("level above, 6x6 texels for 2x2", HALVE_LOADS),
+                ("a level, 12x12 texels for 4x4", SMOOTH_LOADS),
             ] {
+                let textures = 1 + u32::from(fourth > 0);
                 lines.push(line("reduce", TEXEL, what, textures * count));
             }
-            let fourth = mixture.fetches(levels) - levels.count;
             lines.push(line(
                 "shade",
                 "multiple",
                 "smoothed moments, bilinear",
-                levels.count * filter.fetches(),
+                levels * filter.fetches(),
             ));
             if fourth > 0 {
                 lines.push(line(

@@ -12,10 +12,10 @@
 //! 2007, "Efficient rendering of human skin", fit diffusion profiles with such sums.
 //!
 //! Widths an octave apart set a limit that no choice of weights gets under. They reproduce the
-//! response to an edge to 0.4 % of R_tot where the finest is below 0.4 z_r. But they leave a ripple
-//! of 3 % of its peak on r^2 R_d(r), of up to 9 % where sigma_tr z_r > 0.4, for there g(t) is
-//! narrower than an octave, and an error of a third or more of what little light lies in the tail.
-//! Twice as many widths leave 1.4 % of the peak.
+//! response to an edge to 0.2 % of R_tot where the finest is below 0.4 z_r (0.6 % where sigma_tr z_r >
+//! 0.4, for there g(t) is narrower than an octave). But they leave a ripple of up to 7 % of its peak
+//! on r^2 R_d(r), 10 % there, and an error of a third or more of what little light lies in the tail.
+//! Twice as many widths leave 4 % at most.
 
 use std::f64::consts::{LN_2, PI, SQRT_2};
 
@@ -23,6 +23,10 @@ use crate::optics::Dipole;
 
 /// No light map has more levels than this, and 2^63 texels still have a finite width.
 const TOP: u32 = 63;
+
+/// Share of R_tot that may lie beyond the coarsest level in each channel: it is little light, in the
+/// far tail, and each level is a fetch. The error that it makes is below those of what follows.
+const TAIL: f64 = 0.02;
 
 /// Standard deviation s_k (mm) of the blur that level `level` of the pyramid makes, for texels of
 /// side `texel` mm.
@@ -53,15 +57,15 @@ impl Levels {
     /// mm: every `step`-th (1 or 2), and at most `most` (at least 1) of them.
     ///
     /// They run from the last one narrower than 0.4 of the least z_r, since g(t) has fallen to a
-    /// fraction of its peak there, to the first one wider than 2 / sigma_tr for the least
-    /// sigma_tr. Where that is more than `most`, the coarse end goes. Leaving out the finest
+    /// fraction of its peak there, to the first one that leaves less than [`TAIL`] of R_tot to
+    /// coarser ones in every channel; its own weight takes that share. Where that is more than
+    /// `most`, the coarse end goes. Leaving out the finest
     /// level takes the peak away, and up to 12 % of R_tot at an edge; leaving out the coarsest
     /// one takes 0.2 % on average from a tail that has little light in it. Without absorption the
     /// tail has no scale, and `most` alone ends the range.
     pub fn choose(dipoles: &[Dipole; 3], texel: f64, step: u32, most: u32) -> Levels {
         let least = |of: fn(&Dipole) -> f64| dipoles.iter().map(of).fold(f64::INFINITY, f64::min);
         let finest = 0.4 * least(|d| d.z_r);
-        let coarsest = 2.0 / least(|d| d.sigma_tr);
         let first = (1..=TOP)
             .take_while(|&level| width(level, texel) < finest)
             .last()
@@ -73,7 +77,11 @@ impl Levels {
             count: 1,
         };
         while levels.count < most
-            && width(levels.last(), texel) < coarsest
+            && dipoles.iter().any(|d| {
+                // Half an octave beyond its own width begins what coarser levels stand for.
+                let t = 0.5 / width(levels.last(), texel);
+                d.total() - energy_beyond(d, t) > TAIL * d.total()
+            })
             && levels.last().saturating_add(step) <= TOP
         {
             levels.count += 1;
@@ -267,12 +275,13 @@ impl Row {
 /// edges. Both kinds are in closed form, which the edge response is not. Errors of R count
 /// relative to R_d where r^2 R_d, the light per ln r, is near its peak, and to a constant where
 /// it is below a tenth of it. Otherwise a peak narrower than the finest level, or a tail without
-/// light, would spoil the rest. The factor of 5 is where neither kind spoils the other for the
-/// materials that Jensen et al. 2001 measured.
+/// light, would spoil the rest. The light outside a circle of radius r is also what a slab of that
+/// thickness lets through, so its errors count relative to itself down to a hundredth of R_tot: with
+/// absolute ones, a disc of ketchup 2 mm thick was 17 % off, and now is 10 %.
 fn rows(dipole: &Dipole, widths: &[f64]) -> [Vec<Row>; 2] {
     const SAMPLES: u32 = 48;
     const FLOOR: f64 = 0.1;
-    const ENERGY: f64 = 5.0;
+    const ENERGY: [f64; 2] = [0.2, 0.002];
     let total = dipole.total();
     let near = 0.1 * dipole.z_r;
     // Beyond 5 s of the coarsest level there is nothing left to fit with. A decade of radii is
@@ -294,9 +303,12 @@ fn rows(dipole: &Dipole, widths: &[f64]) -> [Vec<Row>; 2] {
             columns: gaussians.iter().zip(widths).map(density).collect(),
             target: scale * light,
         });
+        // What a slab of thickness r lets through.
+        let outside = dipole.phi(r * r) / total;
+        let scale = 1.0 / (ENERGY[0] * outside + ENERGY[1]);
         of_energy.push(Row {
-            columns: gaussians.iter().map(|g| ENERGY * g).collect(),
-            target: ENERGY * dipole.phi(r * r) / total,
+            columns: gaussians.iter().map(|g| scale * g).collect(),
+            target: scale * outside,
         });
     }
     [of_r, of_energy]
@@ -567,7 +579,7 @@ mod tests {
             let peak = radii().map(|r| r * r * dipole.r_d(r)).fold(0.0, f64::max);
             for r in radii() {
                 let error = r * r * (profile(&widths, &values, r) - dipole.r_d(r));
-                assert!(error.abs() < 0.014 * peak, "{name} {r}: {}", error / peak);
+                assert!(error.abs() < 0.045 * peak, "{name} {r}: {}", error / peak);
             }
         });
     }
@@ -577,13 +589,13 @@ mod tests {
         let levels = |first, step, count| Levels { first, step, count };
         let choose =
             |material, step, most| Levels::choose(&channels(material, 0.05), 0.05, step, most);
-        assert_eq!(choose(MARBLE, 1, 9), levels(0, 1, 9));
-        assert_eq!(choose(POTATO, 1, 9), levels(2, 1, 8));
-        assert_eq!(choose(POTATO, 2, 9), levels(2, 2, 5));
-        // Ten would do: the coarse end goes, but not with every second level.
-        assert_eq!(choose(WHOLE_MILK, 1, 10), levels(0, 1, 10));
-        assert_eq!(choose(WHOLE_MILK, 1, 9), levels(0, 1, 9));
-        assert_eq!(choose(WHOLE_MILK, 2, 9), levels(0, 2, 6));
+        assert_eq!(choose(MARBLE, 1, 9), levels(0, 1, 8));
+        assert_eq!(choose(POTATO, 1, 9), levels(2, 1, 7));
+        assert_eq!(choose(POTATO, 2, 9), levels(2, 2, 4));
+        // Eight would do: the coarse end goes, but not with every second level.
+        assert_eq!(choose(WHOLE_MILK, 1, 9), levels(0, 1, 8));
+        assert_eq!(choose(WHOLE_MILK, 1, 7), levels(0, 1, 7));
+        assert_eq!(choose(WHOLE_MILK, 2, 7), levels(0, 2, 5));
         // Without absorption nothing else ends them.
         assert_eq!(choose(SPECTRALON, 1, 7), levels(0, 1, 7));
         assert_eq!(choose(SPECTRALON, 1, 1), levels(0, 1, 1));
@@ -604,10 +616,15 @@ mod tests {
                     let z_r = dipoles.iter().map(|d| d.z_r).fold(f64::INFINITY, f64::min);
                     assert!(widths[0] < 0.4 * z_r || levels.first == 0);
                     assert!(width(levels.first + 1, texel) >= 0.4 * z_r);
-                    let sigma_tr = dipoles.map(|d| d.sigma_tr).into_iter().fold(9.0, f64::min);
-                    let past = |s: &f64| s * sigma_tr >= 2.0;
-                    let reached = widths.iter().position(past);
-                    assert!(material == SPECTRALON || reached == Some(widths.len() - 1));
+                    // The last level leaves little beyond it, and the one before left more.
+                    let left = |s: f64| {
+                        let share = |d: &Dipole| 1.0 - energy_beyond(d, 0.5 / s) / d.total();
+                        dipoles.iter().map(share).fold(0.0, f64::max)
+                    };
+                    let last = widths[widths.len() - 1];
+                    assert!(left(last) <= TAIL, "{material} {texel}: {}", left(last));
+                    let before = widths.len().checked_sub(2).map(|k| widths[k]);
+                    assert!(before.is_none_or(|s| left(s) > TAIL));
                 }
             }
         }
@@ -660,15 +677,23 @@ mod tests {
                 worst = worst.max(error);
                 squares += error * error / 300.0;
             }
-            // Sums of Gaussians an octave apart cannot do much better: no weights get ketchup's blue
-            // below 5.4 %.
-            let most = if dipole.sigma_tr * dipole.z_r < 0.4 {
-                0.036
-            } else {
-                0.095
-            };
+            // Sums of Gaussians an octave apart cannot do much better: no weights get most channels
+            // below 2 %, nor ketchup's blue below 5.4 %. What is summed over a surface is better:
+            // edges, and what a slab of thickness r lets through.
+            let absorbing = dipole.sigma_tr * dipole.z_r >= 0.4;
+            let most = if absorbing { 0.1 } else { 0.075 };
             let (worst, rms) = (worst / peak, squares.sqrt() / peak);
             assert!(worst < most && rms < 0.36 * most, "{name}: {worst} {rms}");
+            for r in spaced(0.01 * dipole.z_r, far, 60) {
+                let beyond = dipole.phi(r * r);
+                let gaussian = |(s, w): (&f64, &f64)| w * (-0.5 * (r / s).powi(2)).exp();
+                let sum: f64 = widths.iter().zip(&values).map(gaussian).sum();
+                let error = (sum / beyond - 1.0).abs();
+                assert!(
+                    beyond < 0.1 * dipole.total() || error < most,
+                    "{name} {r}: {error}"
+                );
+            }
             for (light, error) in lights {
                 assert!(
                     light < 0.1 * peak || error < 0.3 * light,
@@ -676,10 +701,14 @@ mod tests {
                 );
             }
             let centre = profile(widths, &values, 0.0) / dipole.r_d(0.0) - 1.0;
-            assert!(centre.abs() < 0.08, "{name}: {centre}");
+            assert!(
+                centre.abs() < if absorbing { 0.13 } else { 0.04 },
+                "{name}: {centre}"
+            );
             for u in spaced(0.01 * dipole.z_r, far, 60) {
                 let error = edge(widths, &values, u) - dipole.beyond(u);
-                assert!(error.abs() < 0.0045 * dipole.total(), "{name} {u}: {error}");
+                let most = if absorbing { 0.0065 } else { 0.002 };
+                assert!(error.abs() < most * dipole.total(), "{name} {u}: {error}");
             }
         });
     }
@@ -693,7 +722,7 @@ mod tests {
             let values = weights(dipole, widths, Fit::LeastSquares).values;
             for u in spaced(0.01 * dipole.z_r, 10.0 / dipole.sigma_tr, 60) {
                 let error = edge(widths, &values, u) - dipole.beyond(u);
-                assert!(error.abs() < 0.05 * dipole.total(), "{name} {u}: {error}");
+                assert!(error.abs() < 0.11 * dipole.total(), "{name} {u}: {error}");
             }
         });
     }

@@ -34,12 +34,13 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 12] = [
+const METHOD: [&str; 13] = [
     "multiple",
     "samples",
     "rings",
     "moments",
     "fourth_from",
+    "fourth_levels",
     "level_step",
     "weights",
     "specular",
@@ -185,6 +186,11 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
         "fourth_from",
         |f| f.whole(limits::level),
         |v| request.fourth_from = v,
+    )?;
+    section.read(
+        "fourth_levels",
+        |f| f.whole(limits::fourth_levels),
+        |v| request.fourth_levels = Some(v),
     )?;
     section.read(
         "level_step",

@@ -16,6 +16,8 @@ pub const RINGS: std::ops::RangeInclusive<u32> = 1..=14;
 pub const MOMENTS: std::ops::RangeInclusive<u32> = 3..=4;
 /// Levels of a pyramid, by number.
 pub const LEVEL: std::ops::RangeInclusive<u32> = 0..=13;
+/// Levels of the mixture that read the fourth moment.
+pub const FOURTH_LEVELS: std::ops::RangeInclusive<u32> = 1..=9;
 /// Levels from one tap of the mixture to the next.
 pub const LEVEL_STEP: std::ops::RangeInclusive<u32> = 1..=2;
 /// Texels along a side of the light map.
@@ -100,6 +102,14 @@ pub fn moments(value: i64) -> Result<u32, String> {
 /// The phrase that names the range.
 pub fn level(value: i64) -> Result<u32, String> {
     whole(value, &LEVEL)
+}
+
+/// Levels with the fourth moment, in [`FOURTH_LEVELS`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn fourth_levels(value: i64) -> Result<u32, String> {
+    whole(value, &FOURTH_LEVELS)
 }
 
 /// Levels from tap to tap, in [`LEVEL_STEP`].

@@ -28,7 +28,7 @@ pub use framing::Viewpoint;
 pub use light::{Light, LightFrame};
 pub use material::Material;
 pub use mesh::Mesh;
-pub use plan::{Jitter, Method, Mixture, Multiple, Plan};
+pub use plan::{Fourth, Jitter, Method, Mixture, Multiple, Plan, Taps};
 pub use request::{MeshSource, Request};
 
 /// One mesh of one material under one light, seen by one camera.

@@ -2,8 +2,8 @@
 
 use super::bundled::{self, Bundled};
 use super::{
-    Error, Jitter, Light, Material, Mesh, Method, Mixture, Multiple, Plan, Scene, Viewpoint,
-    defaults, file, limits, names, obj,
+    Error, Fourth, Jitter, Light, Material, Mesh, Method, Mixture, Multiple, Plan, Scene,
+    Viewpoint, defaults, file, limits, names, obj,
 };
 use crate::optics::mixture::Fit;
 use glam::DVec3;
@@ -52,6 +52,9 @@ pub struct Request {
     pub moments: u32,
     /// The first level of the mixture that reads the fourth moment, if any does.
     pub fourth_from: u32,
+    /// How many levels of the mixture read the fourth moment, those that carry the most light; none
+    /// for all from `fourth_from` on.
+    pub fourth_levels: Option<u32>,
     /// 1 where the mixture taps every level, 2 where every second.
     pub level_step: u32,
     /// Where the weights of the mixture come from.
@@ -114,6 +117,7 @@ impl Request {
             rings: defaults::RINGS,
             moments: defaults::MOMENTS,
             fourth_from: 0,
+            fourth_levels: None,
             level_step: 1,
             weights: Fit::Best,
             specular: true,
@@ -188,6 +192,12 @@ impl Request {
             "fourth_from",
             limits::level(self.fourth_from.into()).map(drop),
         )?;
+        if let Some(count) = self.fourth_levels {
+            check(
+                "fourth_levels",
+                limits::fourth_levels(count.into()).map(drop),
+            )?;
+        }
         check(
             "level_step",
             limits::level_step(self.level_step.into()).map(drop),
@@ -245,7 +255,11 @@ impl Request {
 impl Request {
     fn with_parameters(&self, method: Method) -> Multiple {
         let mixture = Mixture {
-            fourth_from: (self.moments == 4).then_some(self.fourth_from),
+            fourth: match (self.moments, self.fourth_levels) {
+                (4, Some(count)) => Fourth::Most(count),
+                (4, None) => Fourth::From(self.fourth_from),
+                _ => Fourth::Never,
+            },
             level_step: self.level_step,
             fit: self.weights,
         };

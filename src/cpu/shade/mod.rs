@@ -16,11 +16,9 @@ pub use shadow::visibility;
 use crate::cpu::boxes::{self, boxes};
 use crate::cpu::reduce::{self, pyramid};
 use crate::cpu::{GBuffer, LightMap};
-use crate::optics::mixture::{Levels, weights};
 use crate::optics::sampling::{blue_noise, r2};
 use crate::optics::{Dipole, fresnel, specular as microfacet};
-use crate::scene::plan::LEVELS_MAX;
-use crate::scene::{Light, Material, Mixture, Multiple, View};
+use crate::scene::{Light, Material, Mixture, Multiple, Taps, View};
 
 /// Texels along a side of the tile of blue noise.
 pub const NOISE_SIZE: usize = 64;
@@ -64,6 +62,8 @@ pub struct Shading<'a> {
     pub frame: u32,
     /// Levels that the method `mixture` taps, from fine to coarse.
     pub taps: Vec<Tap>,
+    /// [`Taps::kept`] of them.
+    pub kept: f64,
     /// Levels that the method `rings` reads, from level 0: means of (w, w z, w z^2, w z^3).
     pub boxes: Vec<boxes::Level<4>>,
 }
@@ -91,6 +91,7 @@ impl<'a> Shading<'a> {
             noise,
             frame,
             taps: Vec::new(),
+            kept: 0.0,
             boxes: Vec::new(),
         }
     }
@@ -102,7 +103,7 @@ impl<'a> Shading<'a> {
                 self.boxes = boxes([self.map.frame.size; 2], &self.map.moments);
             }
             Multiple::Mixture(mixture) => {
-                let levels = self.levels(mixture);
+                let taps = self.taps_of(mixture);
                 let base: Vec<[f64; 5]> = self
                     .map
                     .moments
@@ -111,39 +112,26 @@ impl<'a> Shading<'a> {
                     .map(|(&[a, b, c, d], &e)| [a, b, c, d, e])
                     .collect();
                 let base = reduce::Level::base([self.map.frame.size; 2], &base);
-                let pyramid = pyramid(base, levels.last() + 1);
-                let smoothed = levels.iter().map(|k| reduce::smooth(&pyramid[k as usize]));
-                self.tap(mixture, smoothed.collect());
+                let pyramid = pyramid(base, taps.levels.last() + 1);
+                self.kept = taps.kept();
+                self.taps = (0..)
+                    .zip(taps.levels.iter())
+                    .map(|(i, level)| Tap {
+                        level,
+                        s: taps.widths[i as usize],
+                        weight: taps.weights[i as usize],
+                        fourth: taps.fourth.contains(&i),
+                        smoothed: reduce::smooth(&pyramid[level as usize]),
+                    })
+                    .collect();
             }
             _ => {}
         }
     }
 
-    /// The levels that `mixture` taps.
-    pub fn levels(&self, mixture: Mixture) -> Levels {
-        let texel = self.map.frame.texel;
-        Levels::choose(&self.dipoles, texel, mixture.level_step, LEVELS_MAX)
-    }
-
-    /// Has `mixture` read the `smoothed` levels, those of [`Shading::levels`].
-    pub fn tap(&mut self, mixture: Mixture, smoothed: Vec<reduce::Level<5>>) {
-        let levels = self.levels(mixture);
-        let widths = levels.widths(self.map.frame.texel);
-        let shares = self
-            .dipoles
-            .map(|d| weights(&d, &widths, mixture.fit).values);
-        self.taps = levels
-            .iter()
-            .zip(smoothed)
-            .enumerate()
-            .map(|(i, (level, smoothed))| Tap {
-                level,
-                s: widths[i],
-                weight: DVec3::new(shares[0][i], shares[1][i], shares[2][i]),
-                fourth: mixture.fourth_from.is_some_and(|from| level >= from),
-                smoothed,
-            })
-            .collect();
+    /// What `mixture` taps.
+    pub fn taps_of(&self, mixture: Mixture) -> Taps {
+        Taps::new(&self.dipoles, mixture, self.map.frame.texel)
     }
 
     /// Random shift of the sample sequence at a pixel, in [0, 1)^2: blue noise over the
