@@ -3,10 +3,10 @@
 
 methods.py meshes FOLDER           writes the test meshes
 methods.py left DONE ALL SECONDS   prints how long the rest of ALL will take
-methods.py picture OUT PNG...      joins PNGs side by side, cut to what they show
+methods.py picture OUT PNG...      joins PNGs side by side
 methods.py report FOLDER DOCS      tables, plots and bounds; exit status 1 if a bound does not hold
 
-FOLDER is the script's work folder; DOCS is where results go, `-` for FOLDER/report.
+FOLDER is the script's work folder; DOCS is where results go.
 """
 
 import json
@@ -91,8 +91,11 @@ def meshes(folder):
 # -------------------------------------------------------------------- pictures
 
 
+GROUND = (64, 72, 80)
+
+
 def read_png(path):
-    """Rows of RGB bytes of an 8-bit PNG without interlace."""
+    """Rows of RGB pixels of an 8-bit PNG without interlace."""
     data = path.read_bytes()
     at, packed, header = 8, b"", None
     while at < len(data):
@@ -126,8 +129,15 @@ def read_png(path):
                 near = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
                 row[i] = (row[i] + near) & 255
         above = row
-        rows.append([bytes(row[n * x : n * x + 3]) for x in range(width)])
+        rows.append([over_ground(row[n * x : n * x + n]) for x in range(width)])
     return rows
+
+
+def over_ground(pixel):
+    """Without its alpha. The ground is that of the maps that `marmor compare` draws."""
+    if len(pixel) == 3:
+        return bytes(pixel)
+    return bytes((c * pixel[3] + g * (255 - pixel[3]) + 127) // 255 for c, g in zip(pixel, GROUND))
 
 
 def write_png(path, rows):
@@ -141,19 +151,14 @@ def write_png(path, rows):
 
 
 def picture(out, *sources):
-    """All are cut to what the first one shows; the others are of its size, or larger by a scale."""
+    """Side by side; those less high than the highest stand at the top."""
     pictures = [read_png(pathlib.Path(p)) for p in sources]
-    first = pictures[0]
-    ground = first[0][0]
-    seen = [(x, y) for y, row in enumerate(first) for x, pixel in enumerate(row) if pixel != ground]
-    x0, x1 = min(x for x, _ in seen), max(x for x, _ in seen) + 1
-    y0, y1 = min(y for _, y in seen), max(y for _, y in seen) + 1
     gap = [b"\xff\xff\xff"] * 6
     rows = []
-    for y in range(max(0, y0 - 4), min(len(first), y1 + 4)):
+    for y in range(max(len(p) for p in pictures)):
         row = []
-        for k, source in enumerate(pictures):
-            row += (gap if k else []) + source[y][max(0, x0 - 4) : x1 + 4]
+        for k, p in enumerate(pictures):
+            row += (gap if k else []) + (p[y] if y < len(p) else [b"\xff\xff\xff"] * len(p[0]))
         rows.append(row)
     write_png(pathlib.Path(out), rows)
 
@@ -449,6 +454,7 @@ def header(results):
         ("driver", device["driver"]),
         ("cores", facts["cores"]),
         ("commit", facts["commit"]),
+        ("run", facts["run"]),
     ]
     return markdown(["", "measured with"], rows).replace("|---:|", "|---|")
 
@@ -489,8 +495,7 @@ def fill(page, name, content):
 def report(folder, docs):
     folder = pathlib.Path(folder)
     results = Results(folder)
-    whole = docs != "-"
-    docs = pathlib.Path(docs) if whole else folder / "report"
+    docs = pathlib.Path(docs)
     for part in ("results", "images"):
         (docs / part).mkdir(parents=True, exist_ok=True)
 
@@ -541,9 +546,8 @@ def report(folder, docs):
     lines = ["scene,light_map,material,plan,fetches,rr"]
     lines += [f"{s},{results.light_map[s]},{m},{p},{results.fetches[(s, m, p)]},{rr:.6f}" for (s, m, p), rr in results.rr.items()]
     (docs / "results" / "methods.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    if whole:
-        for method, families in (("samples", ["samples"]), ("rings", ["rings"]), ("mixture", ["mixture-3", "mixture-4"])):
-            fill(docs / "methods" / f"{method}.md", method, method_table(results, families))
+    for method, families in (("samples", ["samples"]), ("rings", ["rings"]), ("mixture", ["mixture-3", "mixture-4"])):
+        fill(docs / "methods" / f"{method}.md", method, method_table(results, families))
     print(page)
     print(f"marmor: written to {docs}/results and {docs}/images")
     return 0 if held else 1

@@ -5,7 +5,7 @@
 #
 #   scripts/methods.sh [--quick] [--fresh] [--out DIR]
 #
-#   --quick    marble and the main plans only; writes to DIR/report and not to docs
+#   --quick    marble and the main plans only
 #   --fresh    renders the exact pictures anew, which are kept in DIR otherwise
 #   --out DIR  work folder (out/methods)
 #
@@ -36,7 +36,7 @@ ketchup
 '
 
 # name, family in the plots, words in the tables, word in the plots (- for none), arguments;
-# with --quick those of the families and names in `quick` are left out.
+# with --quick those whose names match `quick_without` are left out.
 plans='
 samples-8            samples    samples_8                        8        --multiple samples --samples 8
 samples-16           samples    samples_16                       16       --multiple samples --samples 16
@@ -59,7 +59,7 @@ mixture-4-from-2     mixture-4  mixture,_4_from_level_2          4_from_2 --mult
 mixture-4-from-3     mixture-4  mixture,_4_from_level_3          4_from_3 --multiple mixture --moments 4 --fourth-from 3
 mixture-4-second     mixture-4  mixture,_4,_every_second_level   4/2      --multiple mixture --moments 4 --level-step 2
 '
-quick='^(samples-60|rings-[579]|mixture-3-fitted|mixture-4-from-[13])$'
+quick_without='^(samples-60|rings-[579]|mixture-3-fitted|mixture-4-from-[13])$'
 
 # What must hold: plan, scenes, materials, and
 #   rr X          the error is at most X
@@ -83,10 +83,10 @@ mixture-3  statue                             marble                  shade-rati
 # Timed three times, and the median taken; the others once.
 timed_often='samples-30 rings-8 mixture-3 mixture-4'
 
-is_quick='' folder=out/methods docs=docs
+run='full' folder=out/methods
 while [ $# -gt 0 ]; do
     case $1 in
-        --quick) is_quick=1 ;;
+        --quick) run='quick: marble and the main plans only' ;;
         --fresh) fresh=1 ;;
         --out)
             [ $# -gt 1 ] || { complain '--out needs a folder'; exit 2; }
@@ -104,10 +104,9 @@ while [ $# -gt 0 ]; do
     esac
     shift
 done
-if [ -n "$is_quick" ]; then
-    docs=-
+if [ "$run" != full ]; then
     materials=marble
-    plans=$(printf '%s\n' "$plans" | awk -v out="$quick" '$1 !~ out')
+    plans=$(printf '%s\n' "$plans" | awk -v out="$quick_without" '$1 !~ out')
 fi
 
 # shellcheck disable=SC2119 # the arguments are not for the set-up
@@ -116,7 +115,7 @@ watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
 marmor=${CARGO_TARGET_DIR:-target}/release/marmor
 
 mkdir -p "$folder/exact"
-[ -z "${fresh:-}" ] || rm -f "$folder"/exact/*.exr
+[ -z "${fresh:-}" ] || rm -f "$folder"/exact/*
 rm -rf "$folder/plans" "$folder/times" "$folder/pictures"
 mkdir -p "$folder/plans" "$folder/times" "$folder/pictures"
 python3 scripts/methods.py meshes "$folder"
@@ -125,6 +124,7 @@ printf '%s\n' "$materials" >"$folder/materials.txt"
 printf '%s\n' "$plans" >"$folder/plans.txt"
 printf '%s\n' "$bounds" >"$folder/bounds.txt"
 {
+    printf 'run=%s\n' "$run"
     printf 'cores=%s\n' "$(getconf _NPROCESSORS_ONLN)"
     printf 'commit=%s%s\n' "$(git rev-parse --short HEAD 2>/dev/null || echo unknown)" \
         "$(git diff --quiet HEAD -- src shaders build.rs Cargo.lock 2>/dev/null || echo ', changed')"
@@ -205,33 +205,30 @@ rm -f "$folder/timed.exr"
 
 # ---------------------------------------------------------------------- pictures
 
-# exact | method | difference, of the statue's upper half.
+# exact | method | difference of the statue's upper half, in marble. The difference of two PNGs
+# is good to half a step in 255, which is enough to look at.
 shot() {
-    "$marmor" render -q -o "$folder/pictures/$1" --camera=-28,10,105 --size 160x160 --specular off \
-        --single off --jitter off --exposure 1.4 "${@:2}"
+    "$marmor" render -q -o "$1" --camera=-28,10,105 --size 200x200 --specular off --single off \
+        --jitter off --exposure 1.4 "${@:2}"
 }
 
-if [ -z "$is_quick" ]; then
-    for kind in exr png; do
-        [ -e "$folder/exact/shot.$kind" ] || {
-            shot "exact.$kind" --multiple exact
-            mv "$folder/pictures/exact.$kind" "$folder/exact/shot.$kind"
-        }
-    done
-    while read -r method arguments; do
-        for kind in exr png; do
-            # shellcheck disable=SC2086 # the arguments are meant to split
-            shot "$method.$kind" --multiple "$method" $arguments </dev/null
-        done
-        "$marmor" compare "$folder/exact/shot.exr" "$folder/pictures/$method.exr" \
-            --map "$folder/pictures/$method-difference.png" >/dev/null </dev/null
-        python3 scripts/methods.py picture "docs/images/$method.png" "$folder/exact/shot.png" \
-            "$folder/pictures/$method.png" "$folder/pictures/$method-difference.png"
-    done <<'SHOTS'
+mkdir -p docs/images
+if [ ! -e "$folder/exact/shot.png" ]; then
+    say 'exact: the picture for the pages, 2 to 3 min on 2 cores'
+    shot "$folder/shot.part.png" --multiple exact
+    mv "$folder/shot.part.png" "$folder/exact/shot.png"
+fi
+while read -r method arguments; do
+    # shellcheck disable=SC2086 # the arguments are meant to split
+    shot "$folder/pictures/$method.png" --multiple "$method" $arguments </dev/null
+    "$marmor" compare "$folder/exact/shot.png" "$folder/pictures/$method.png" \
+        --map "$folder/pictures/$method-difference.png" >/dev/null </dev/null
+    python3 scripts/methods.py picture "docs/images/method-$method.png" "$folder/exact/shot.png" \
+        "$folder/pictures/$method.png" "$folder/pictures/$method-difference.png"
+done <<'SHOTS'
 samples --samples 30
 rings --rings 8
 mixture --moments 3
 SHOTS
-fi
 
-python3 scripts/methods.py report "$folder" "$docs"
+python3 scripts/methods.py report "$folder" docs
