@@ -245,8 +245,8 @@ def number(value):
     return f"{value:.4f}" if value < 0.1 else f"{value:.3f}"
 
 
-def markdown(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|---" + "|---:" * (len(head) - 1) + "|"]
+def markdown(head, rows, align="---:"):
+    lines = ["| " + " | ".join(head) + " |", "|---" + f"|{align}" * (len(head) - 1) + "|"]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
@@ -334,7 +334,7 @@ def place_label(text, x, y, taken, frame):
     """A corner beside (x, y) where the text meets no other label or marker, or None."""
     width, height = 5.4 * len(text) + 2, 11
     x0, y0, x1, y1 = frame
-    for reach in (6, 10, 15, 22, 30):
+    for reach in (6, 8, 10, 15, 22, 30):
         for dx, dy in ((1, 0), (-1, 0), (0, -1), (0, 1), (1, -1), (-1, -1), (1, 1), (-1, 1)):
             left = x + dx * reach - (width if dx < 0 else width / 2 if dx == 0 else 0)
             top = y + dy * (reach - 1) - (height if dy < 0 else height / 2 if dy == 0 else 0)
@@ -391,7 +391,7 @@ def legend(x, y):
 def write_svg(path, width, height, title, body):
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
-        f'font-family="Helvetica, Arial, sans-serif" font-size="11" fill="#111">\n<title>{escape(title)}</title>\n'
+        f'font-family="Helvetica, Arial, sans-serif" font-size="11" fill="#111" stroke="none">\n<title>{escape(title)}</title>\n'
         f'<rect width="{width}" height="{height}" fill="#fff"/>\n'
     )
     path.write_text(head + "\n".join(body) + "\n</svg>\n", encoding="utf-8")
@@ -456,7 +456,7 @@ def header(results):
         ("commit", facts["commit"]),
         ("run", facts["run"]),
     ]
-    return markdown(["", "measured with"], rows).replace("|---:|", "|---|")
+    return markdown(["", "measured with"], rows, "---")
 
 
 def time_table(results, plans):
@@ -539,7 +539,7 @@ def report(folder, docs):
     ]
     if plot_times(results, docs / "images" / "time-error.svg", "statue", "marble"):
         text.append("![Error against shade time](../images/time-error.svg)")
-    text += ["## Bounds", markdown(["what must hold", "bound", "worst", ""], bounds)]
+    text += ["## Bounds", markdown(["what must hold", "bound", "worst", ""], bounds, "---")]
     plot_fetches(results, docs / "images" / "error-fetches.svg", "marble")
     page = "\n\n".join(text) + "\n"
     (docs / "results" / "methods.md").write_text(page, encoding="utf-8")

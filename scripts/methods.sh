@@ -208,8 +208,8 @@ rm -f "$folder/timed.exr"
 # exact | method | difference of the statue's upper half, in marble. The difference of two PNGs
 # is good to half a step in 255, which is enough to look at.
 shot() {
-    "$marmor" render -q -o "$1" --camera=-28,10,105 --size 200x200 --specular off --single off \
-        --jitter off --exposure 1.4 "${@:2}"
+    "$marmor" render -q -o "$1" --camera=-28,8,125 --size 200x200 --specular off --single off \
+        --jitter off --exposure 1 "${@:2}"
 }
 
 mkdir -p docs/images
