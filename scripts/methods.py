@@ -323,10 +323,11 @@ def marker(family, x, y):
 
 
 def ticks(low, high):
-    """1, 2, 5 of each decade within the range."""
+    """1, 2, 5 of each decade within the range, or 1 alone where there are many."""
     found = []
+    steps = (1, 2, 5) if high / low < 300 else (1,)
     for exponent in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1):
-        found += [m * 10.0**exponent for m in (1, 2, 5) if low <= m * 10.0**exponent <= high * 1.0001]
+        found += [m * 10.0**exponent for m in steps if low <= m * 10.0**exponent <= high * 1.0001]
     return found
 
 
@@ -465,8 +466,9 @@ def time_table(results, plans):
     for plan in plans:
         if plan in results.times:
             t = results.times[plan]
-            rows.append([results.label(plan)] + [f"{t[n]:.1f}" if n in t else "–" for n in names])
-    return markdown(["ms"] + names, rows) if rows else "Not timed."
+            row = [f"{t[n]:.1f}" if n in t else "–" for n in names]
+            rows.append([results.label(plan)] + row + [f"{sum(t.get(n, 0) for n in names):.1f}"])
+    return markdown(["ms"] + names + ["sum"], rows) if rows else "Not timed."
 
 
 def method_table(results, families, material="marble"):
@@ -476,10 +478,12 @@ def method_table(results, families, material="marble"):
     for plan in results.plans:
         if results.family(plan) not in families or ("statue", material, plan) not in results.rr:
             continue
-        shade = f"{results.times[plan]['shade']:.1f}" if plan in results.times else "–"
+        times = results.times.get(plan, {})
+        reduction = times.get("reduce", times.get("boxes"))
+        costs = ["–" if t is None else f"{t:.1f}" for t in (times.get("shade"), reduction)]
         errors = [number(results.rr[(s, material, plan)]) for s in columns]
-        rows.append([results.label(plan), str(results.fetches[("statue", material, plan)])] + errors + [shade])
-    return markdown([f"{material}: rr", "fetches"] + columns + ["shade, ms"], rows)
+        rows.append([results.label(plan), str(results.fetches[("statue", material, plan)])] + errors + costs)
+    return markdown([f"{material}: rr", "fetches"] + columns + ["shade, ms", "pyramid, ms"], rows)
 
 
 def fill(page, name, content):
@@ -530,9 +534,9 @@ def report(folder, docs):
     text += [f"### Geometric mean over the scenes at {results.light_map[results.scenes[0]]}²", markdown(["plan"] + results.materials, rows)]
     text += [
         "## Time",
-        "The statue in marble at 800×600, mean of 24 frames, ms; of these the median of 3 runs for the four plans of the first "
-        "table, one run for the second. Passes are drained around their stamps, which costs a little; other work on the machine "
-        "costs more, so compare ratios and not digits.",
+        "The statue in marble at 800×600, mean of 24 frames, ms; of these the median of 3 runs, in which the plans took turns. "
+        "Passes are drained around their stamps, which costs a little; other work on the machine costs more, so compare ratios "
+        "and not digits.",
         time_table(results, key_plans),
         "### Every plan",
         time_table(results, list(results.plans)),

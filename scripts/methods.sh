@@ -80,9 +80,6 @@ mixture-4  all                                all                     below samp
 mixture-3  statue                             marble                  shade-ratio samples-30 4
 '
 
-# Timed three times, and the median taken; the others once.
-timed_often='samples-30 rings-8 mixture-3 mixture-4'
-
 run='full' folder=out/methods
 while [ $# -gt 0 ]; do
     case $1 in
@@ -192,9 +189,9 @@ done
 
 # ------------------------------------------------------------------------- times
 
+# All plans in turn, three times: the report takes the median, so that a busy minute spoils no plan.
 for round in 1 2 3; do
     rows "$plans" | while read -r plan _ _ _ arguments; do
-        case " $timed_often " in *" $plan "*) ;; *) [ "$round" -eq 1 ] || continue ;; esac
         # shellcheck disable=SC2086 # the arguments are meant to split
         "$marmor" render -q -o "$folder/timed.exr" --size 800x600 --specular off --single off --jitter off \
             --frames-averaged 24 --stats "$folder/times/$plan.$round.json" $arguments </dev/null
