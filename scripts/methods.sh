@@ -9,7 +9,8 @@
 #   --fresh    renders the exact pictures anew, which are kept in DIR otherwise
 #   --out DIR  work folder (out/methods)
 #
-# The exact pictures of a full run take about 40 minutes on 2 cores, once; the rest 15. They are
+# The exact pictures of a full run take about 40 minutes on 2 cores, once; the rest 15 (--quick: 10
+# and 3). They are
 # kept by name alone: a change of the light map, the meshes or `exact` itself wants --fresh.
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
@@ -113,8 +114,8 @@ marmor=${CARGO_TARGET_DIR:-target}/release/marmor
 
 mkdir -p "$folder/exact"
 [ -z "${fresh:-}" ] || rm -f "$folder"/exact/*
-rm -rf "$folder/plans" "$folder/times" "$folder/pictures"
 mkdir -p "$folder/plans" "$folder/times" "$folder/pictures"
+rm -f "$folder"/plans/*.json "$folder"/times/*.json
 python3 scripts/methods.py meshes "$folder"
 printf '%s\n' "$scenes" >"$folder/scenes.txt"
 printf '%s\n' "$materials" >"$folder/materials.txt"
