@@ -190,7 +190,7 @@ done
 
 # ------------------------------------------------------------------------- times
 
-# All plans in turn, three times: the report takes the median, so that a busy minute spoils no plan.
+# All plans in turn, three times: the report takes the least, since other work only ever adds.
 for round in 1 2 3; do
     rows "$plans" | while read -r plan _ _ _ arguments; do
         # shellcheck disable=SC2086 # the arguments are meant to split
