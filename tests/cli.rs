@@ -149,7 +149,17 @@ fn bench_reduce_measures_every_way() {
     );
     let ways = json["ways"].as_array().expect("ways");
     let names: Vec<_> = ways.iter().filter_map(|way| way["way"].as_str()).collect();
-    assert_eq!(names, ["levels", "shared", "blit"]);
+    assert_eq!(
+        names,
+        [
+            "levels",
+            "shared",
+            "blit",
+            "decimate",
+            "decimate, smooth from 0",
+            "decimate, smooth from 1"
+        ]
+    );
     for way in ways {
         let time = |key: &str| way[key].as_f64().expect("a time");
         assert!(0.0 < time("p5") && time("p5") <= time("median") && time("median") <= time("p95"));

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use marmor::frame::shaders;
 use marmor::gpu::Shader;
 use marmor::ledger::{self, Filter, INPUT, TEXEL};
-use marmor::scene::{Method, Request};
+use marmor::scene::{Method, Multiple, Request};
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Dim, Op, Word};
 
@@ -66,8 +66,12 @@ fn sites(shader: &Shader) -> Sites {
 
 /// What is declared of `pass`: fetches and input reads a pixel.
 fn declared(request: Request, pass: &str) -> Sites {
+    declared_with(request, pass, Filter::Linear)
+}
+
+fn declared_with(request: Request, pass: &str, filter: Filter) -> Sites {
     let plan = request.plan().expect("a plan");
-    let lines = ledger::declared(&plan, Filter::Linear);
+    let lines = ledger::declared(&plan, filter);
     let sum = |input: bool| {
         let of_kind = lines
             .iter()
@@ -120,6 +124,117 @@ fn samples_declare_their_sites_times_their_trips() {
     }
 }
 
+/// Shaders for devices that filter 32-bit floats, and for those that do not.
+const FILTERS: [Filter; 2] = [Filter::Linear, Filter::Texels];
+
+#[test]
+fn rings_declare_their_sites_times_their_trips() {
+    for (filter, shader) in FILTERS
+        .into_iter()
+        .zip([shaders::SHADE_FRAG_RINGS, shaders::SHADE_FRAG_RINGS_NEAREST])
+    {
+        // The shadow test, level 0, and one tap in the loop over the others.
+        let tap = filter.fetches();
+        let found = sites(&shader);
+        assert_eq!(found.fetches, 1 + 2 * tap, "{}", shader.name);
+        for (asked, rings) in [(1, 1), (8, 8), (14, 10)] {
+            // A map of 512 texels has ten levels.
+            let request = Request {
+                rings: asked,
+                ..request(Method::Rings)
+            };
+            let expected = Sites {
+                fetches: found.fetches - tap + (rings - 1) * tap,
+                inputs: found.inputs,
+            };
+            assert_eq!(declared_with(request, "shade", filter), expected);
+        }
+    }
+}
+
+#[test]
+fn the_mixture_declares_its_sites_times_its_trips() {
+    for (filter, [three, four]) in FILTERS.into_iter().zip([
+        [
+            shaders::SHADE_FRAG_MIXTURE,
+            shaders::SHADE_FRAG_MIXTURE_FOURTH,
+        ],
+        [
+            shaders::SHADE_FRAG_MIXTURE_NEAREST,
+            shaders::SHADE_FRAG_MIXTURE_NEAREST_FOURTH,
+        ],
+    ]) {
+        let tap = filter.fetches();
+        for (moments, fourth_from, fourth_levels) in [
+            (3, 0, None),
+            (4, 0, None),
+            (4, 2, None),
+            (4, 0, Some(3)),
+            (4, 0, Some(9)),
+        ] {
+            let request = Request {
+                moments,
+                fourth_from,
+                fourth_levels,
+                ..request(Method::Mixture)
+            };
+            let plan = request.plan().expect("a plan");
+            let Multiple::Mixture(mixture) = plan.multiple else {
+                panic!("another method");
+            };
+            let taps = plan.taps(mixture, plan.light_frame().texel);
+            let [levels, fourth] = taps.counts();
+            assert!((5..=9).contains(&levels), "{levels} levels");
+            // The shadow test; a loop over levels with one site; or three loops, with one, two and
+            // one, whose trips are the levels before, with and after the fourth moment.
+            let (shader, expected) = if fourth == 0 {
+                (&three, 1 + tap * levels)
+            } else {
+                let (before, after) = (taps.fourth.start, levels - taps.fourth.end);
+                (&four, 1 + tap * (before + 2 * fourth + after))
+            };
+            let found = sites(shader);
+            let loops = if fourth == 0 { 1 } else { 4 };
+            assert_eq!(found.fetches, 1 + loops * tap, "{}", shader.name);
+            let declared = declared_with(request, "shade", filter);
+            assert_eq!(declared.fetches, expected, "{mixture}");
+            assert_eq!(declared.inputs, found.inputs);
+        }
+    }
+}
+
+#[test]
+fn reductions_declare_their_reads_per_texel() {
+    let per_texel = |method, moments, pass: &str| -> Vec<u32> {
+        let request = Request {
+            moments,
+            ..request(method)
+        };
+        let lines = ledger::declared(&request.plan().expect("a plan"), Filter::Linear);
+        let lines = lines.iter().filter(|l| l.pass == pass && l.term == TEXEL);
+        lines.map(|l| l.per_pixel).collect()
+    };
+    // Of each moment's image: four texels of 6x6 reads, sixteen of 12x12.
+    let halve = [
+        sites(&shaders::DECIMATE_COMP),
+        sites(&shaders::DECIMATE_COMP_FOURTH),
+    ];
+    let smooth = [
+        sites(&shaders::SMOOTH_COMP),
+        sites(&shaders::SMOOTH_COMP_FOURTH),
+    ];
+    for (moments, images) in [(3, 1), (4, 2)] {
+        let of_halving = halve[images as usize - 1].fetches / 4;
+        // A row of twelve, in a loop of as many.
+        assert_eq!(smooth[images as usize - 1].fetches, 12);
+        let of_smoothing = images * 12 * 12 / 16;
+        let declared = per_texel(Method::Mixture, moments, "reduce");
+        assert_eq!(declared, [of_halving, of_smoothing], "{moments} moments");
+    }
+    let boxes = per_texel(Method::Rings, 3, "boxes");
+    assert_eq!(boxes, [sites(&shaders::BOXES_COMP).fetches]);
+}
+
 #[test]
 fn compute_declares_its_sites_times_its_trips() {
     // exact: the site of the light moments stands in the loop over the map.
@@ -150,6 +265,7 @@ fn geometry_passes_read_no_texture() {
     for shader in [
         shaders::LIGHT_VERT,
         shaders::LIGHT_FRAG,
+        shaders::LIGHT_FRAG_FOURTH,
         shaders::VIEW_VERT,
         shaders::VIEW_FRAG,
         shaders::SHADE_VERT,

@@ -53,7 +53,13 @@ fn pictures_are_as_they_were() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let update = std::env::var_os("MARMOR_UPDATE_GOLDENS").is_some_and(|v| v == "1");
     let mut faults = Vec::new();
-    for method in [Method::Brdf, Method::Samples, Method::Exact] {
+    for method in [
+        Method::Brdf,
+        Method::Samples,
+        Method::Rings,
+        Method::Mixture,
+        Method::Exact,
+    ] {
         let mut request = Request::statue();
         request.size = SIZE;
         request.multiple = method;

@@ -286,7 +286,7 @@ fn the_mixture_is_nearer_than_rings_and_as_many_samples() {
     let bumpy = shapes::bumpy(20.0, 5);
     for (name, mesh, bounds) in [
         ("sphere", &sphere, [0.02, 0.015]),
-        ("bumpy", &bumpy, [0.09, 0.05]),
+        ("bumpy", &bumpy, [0.1, 0.05]),
     ] {
         for material in ["marble", "skin1", "ketchup"] {
             let material = medium(material).material();

@@ -134,7 +134,7 @@ pub(super) struct Arguments {
 
     /// Where the weights of the mixture come from [default: best]
     ///
-    /// closed: the closed form; fitted: non-negative least squares on the edge response;
+    /// closed: the closed form; fitted: non-negative least squares on R_d and its energy;
     /// best: whichever is nearer to R_d, channel by channel.
     #[arg(long, value_name = "closed|fitted|best", value_parser = Mixture::weights, help_heading = "Method")]
     weights: Option<Fit>,

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::boxes_ways::{Chain, Way};
-use super::record_reduce;
 use super::reduce::ReducePass;
 use super::run::{Error, Options, open_device};
 use super::targets::{LightMap, PyramidDesc};
+use super::{record_halving, record_reduce};
 use crate::gpu::{self, Device, Slot, Timestamps, Use, barrier};
 use crate::scene::plan::LEVELS_MAX;
 
@@ -96,29 +96,21 @@ pub fn reduce(options: &Options, side: u32, rounds: u32) -> Result<Reduce, Error
         name: "decimate",
         record: Box::new(|commands| {
             let (moments, pyramid, pass) = &from_0;
-            let general = Use::COMPUTE_STORAGE;
-            let name = c"RAW, WAR: level 1 is made of level 0";
-            barrier::image(
+            let levels = pyramid.atlas.levels();
+            record_halving(
                 &device,
                 commands,
-                name,
-                moments,
+                &[moments],
+                levels,
+                pass,
                 Use::FRAGMENT_SAMPLE,
-                general,
             );
-            for level in 1..pyramid.atlas.levels() {
-                pass.decimate(commands, level);
-                let name = c"RAW: the next level is made of this one";
-                let [write, read] = [Use::COMPUTE_WRITE, Use::COMPUTE_READ];
-                barrier::image(&device, commands, name, moments, write, read);
-            }
-            let name = c"layout: as it was";
             barrier::image(
                 &device,
                 commands,
-                name,
+                c"layout: the next round finds it as it was",
                 moments,
-                general,
+                Use::COMPUTE_STORAGE,
                 Use::FRAGMENT_SAMPLE,
             );
         }),

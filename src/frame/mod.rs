@@ -783,25 +783,10 @@ fn record_reduce(
     [before, after]: [Use; 2],
 ) {
     let fourth = pyramid.fourth.as_ref();
-    let moments = || std::iter::once(moments).chain(fourth.map(|f| &f.moments));
+    let moments: Vec<_> = std::iter::once(moments).chain(fourth.map(|f| &f.moments)).collect();
     let smoothed = || std::iter::once(&pyramid.smoothed).chain(fourth.map(|f| &f.smoothed));
 
-    // A dispatch writes none of the texels of an image that it reads.
-    for image in moments() {
-        barrier::image(
-            device, commands, c"RAW: level 1 and smoothing read level 0; WAR: the previous frame reads the others",
-            image, before, Use::COMPUTE_STORAGE,
-        );
-    }
-    for level in 1..pyramid.atlas.levels() {
-        reduce.decimate(commands, level);
-        for image in moments() {
-            barrier::image(
-                device, commands, c"RAW: the next level and smoothing read this one",
-                image, Use::COMPUTE_WRITE, Use::COMPUTE_READ,
-            );
-        }
-    }
+    record_halving(device, commands, &moments, pyramid.atlas.levels(), reduce, before);
     for image in smoothed() {
         barrier::image(
             device, commands, c"WAR: the previous frame shades from the smoothed moments",
@@ -815,11 +800,39 @@ fn record_reduce(
             image, Use::COMPUTE_WRITE, Use::FRAGMENT_SAMPLE,
         );
     }
-    for image in moments() {
+    for image in moments {
         barrier::image(
             device, commands, c"RAW: shading samples the light moments; WAR: smoothing has read them",
             image, Use::COMPUTE_STORAGE, after,
         );
+    }
+}
+
+/// The pyramid, level by level; leaves the images to compute.
+#[rustfmt::skip] // A barrier is read as a sentence.
+fn record_halving(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    moments: &[&Image],
+    levels: u32,
+    reduce: &ReducePass,
+    before: Use,
+) {
+    for image in moments {
+        barrier::image(
+            device, commands, c"RAW: level 1 and smoothing read level 0; WAR: the previous frame reads the others",
+            image, before, Use::COMPUTE_STORAGE,
+        );
+    }
+    // A dispatch writes none of the texels of an image that it reads.
+    for level in 1..levels {
+        reduce.decimate(commands, level);
+        for image in moments {
+            barrier::image(
+                device, commands, c"RAW: the next level and smoothing read this one",
+                image, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+            );
+        }
     }
 }
 

@@ -51,7 +51,8 @@ impl Dipole {
     /// rises by as much as the real one sinks, which keeps the tail, proportional to z_r + z_v, and
     /// alpha' keeps the energy phi(0). The two meet where z_r + z_v < 2 a; then some dots remain.
     pub fn resolved(self, texel: f64) -> Self {
-        if self.z_r >= texel {
+        // What scatters nothing has no energy to keep.
+        if self.z_r >= texel || self.alpha_prime == 0.0 {
             return self;
         }
         let both = self.z_r + self.z_v;
@@ -169,6 +170,7 @@ mod tests {
     fn a_medium_that_does_not_scatter_is_black() {
         let dipole = Dipole::new(0.0, 1.0, 1.3);
         assert_eq!((dipole.total(), dipole.r_d(0.5)), (0.0, 0.0));
+        assert_eq!(dipole.resolved(5.0), dipole);
     }
 
     #[test]
