@@ -55,6 +55,8 @@ mixture-3-second     mixture-3  mixture,_3,_every_second_level   3/2      --mult
 mixture-3-closed     mixture-3  mixture,_3,_closed_weights       -        --multiple mixture --moments 3 --weights closed
 mixture-3-fitted     mixture-3  mixture,_3,_fitted_weights       -        --multiple mixture --moments 3 --weights fitted
 mixture-4            mixture-4  mixture,_4_moments               4        --multiple mixture --moments 4
+mixture-4-most-2     mixture-4  mixture,_4_at_2_levels           4_at_2   --multiple mixture --moments 4 --fourth-levels 2
+mixture-4-most-3     mixture-4  mixture,_4_at_3_levels           4_at_3   --multiple mixture --moments 4 --fourth-levels 3
 mixture-4-from-1     mixture-4  mixture,_4_from_level_1          4_from_1 --multiple mixture --moments 4 --fourth-from 1
 mixture-4-from-2     mixture-4  mixture,_4_from_level_2          4_from_2 --multiple mixture --moments 4 --fourth-from 2
 mixture-4-from-3     mixture-4  mixture,_4_from_level_3          4_from_3 --multiple mixture --moments 4 --fourth-from 3
@@ -72,6 +74,10 @@ mixture-3  plane0,plane60,sphere,disc         marble,skin1,wholemilk  rr 0.02
 mixture-3  statue                             marble,skin1,wholemilk  rr 0.08
 mixture-3  plane0,plane60,sphere,disc,statue  ketchup                 rr 0.09
 mixture-3  all                                all                     fetches 9
+mixture-4-most-3  statue,statue-front         marble,skin1,wholemilk  rr 0.08
+mixture-4-most-3  statue                      ketchup                 rr 0.09
+mixture-4-most-3  statue                      all                     fetches 10
+mixture-4  statue-front                       marble,skin1,wholemilk  rr 0.05
 mixture-4  plane0,plane60,sphere,disc         marble,skin1,wholemilk  rr 0.015
 mixture-4  statue                             marble,skin1,wholemilk  rr 0.05
 mixture-4  statue-1024                        marble,skin1,wholemilk  rr 0.04

@@ -1,7 +1,7 @@
 #version 460
 // Multiple scattering by the sum over every texel of the light map (DESIGN, the identity
 // everything rests on): M = E0 sum a w R_d(|p - x|). One dispatch adds a band of rows.
-// CPU twin: cpu/shade.rs.
+// CPU twin: cpu/shade/.
 #include "shared.glsl"
 #include "fetch.glsl"
 #include "fresnel.glsl"

@@ -1,4 +1,4 @@
-// Multiple scattering: the radiant exitance M at a receiver. CPU twin: cpu/shade.rs.
+// Multiple scattering: the radiant exitance M at a receiver. CPU twin: cpu/shade/.
 
 #if defined(METHOD_SAMPLES)
 

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_EXT_control_flow_attributes : require
-// The shade pass: radiance towards the camera, once per visible pixel. CPU twin: cpu/shade.rs.
+// The shade pass: radiance towards the camera, once per visible pixel. CPU twin: cpu/shade/.
 #include "shared.glsl"
 #include "fetch.glsl"
 #include "fresnel.glsl"

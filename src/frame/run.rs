@@ -8,6 +8,7 @@ use super::geometry::Geometry;
 use super::{PassTime, Progress, Renderer};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger;
+use crate::scene::pyramid::Atlas;
 use crate::scene::{Multiple, Plan, limits};
 
 /// Names a Vulkan loader library in place of the system's.
@@ -133,6 +134,10 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
                 !c.snorm_normals,
                 "no R16G16_SNORM attachment: normals are half floats",
             );
+            note(
+                !c.linear_floats,
+                "no filtering of 32-bit floats: rings and mixture read four texels a tap",
+            );
             note(c.timestamp_bits == 0, "no timestamps: passes are not timed");
             DeviceInfo {
                 index: c.index,
@@ -257,8 +262,30 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
     }
     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
     let texels = u64::from(plan.light_map).pow(2);
-    // Bytes a pixel: G-buffer 12, radiance and mean 32, display 4, readback 20; a texel: 20.
-    let images = pixels * 68 + texels * 20;
+    // Bytes a pixel: G-buffer 12, radiance and mean 32, display 4, readback 20; a texel: 20, the
+    // boxes a third of 16, and the atlas of the mixture, twice the map at most in either image of 16
+    // bytes and of 4.
+    let mut images = pixels * 68 + texels * 20;
+    for method in plan.methods() {
+        match method {
+            Multiple::Rings(_) => images += texels * 6,
+            Multiple::Mixture(mixture) => {
+                let taps = plan.taps(mixture, plan.light_frame().texel);
+                let atlas = Atlas::new([plan.light_map; 2], taps.levels.last() + 1);
+                let [width, height] = atlas.size;
+                if width.max(height) > limit {
+                    return Err(Error::TooLarge(format!(
+                        "--light-map {}: the levels of the mixture need an image of {width}x{height}, \
+                         {} has at most {limit} a side; lower --light-map, or choose another --multiple",
+                        plan.light_map, candidate.name
+                    )));
+                }
+                let bytes = if taps.fourth.is_empty() { 32 } else { 40 };
+                images += u64::from(width) * u64::from(height) * bytes - texels * 16;
+            }
+            _ => {}
+        }
+    }
     let mesh = Geometry::bytes(&plan.scene.mesh);
     let memory = options
         .memory_limit
