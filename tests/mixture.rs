@@ -298,6 +298,58 @@ fn the_mixture_is_nearer_than_rings_and_as_many_samples() {
     }
 }
 
+/// A body small against its own transport length: kernels reach far beyond it, and the light below them
+/// falls by four from level to level.
+#[test]
+fn a_small_body_gets_no_more_light_than_falls_on_it() {
+    for radius in [0.2, 1.0] {
+        let sphere = shapes::sphere(radius, 5);
+        let methods = [Mixture::THREE, Mixture::FOUR].map(Multiple::Mixture);
+        let rr = errors(
+            &sphere,
+            &medium("marble").material(),
+            [40.0, 35.0],
+            &methods,
+        );
+        assert!(rr.iter().all(|rr| *rr < 0.06), "{radius} mm: {rr:.4?}");
+    }
+}
+
+/// A plane at 60 degrees to the light: its depths show the kernel's own shape, which is not the
+/// plane's.
+#[test]
+fn a_tilted_plane_is_one_surface() {
+    let mut plane = shapes::plane(DVec3::ZERO, DVec3::X * 40.0, DVec3::Y * 40.0);
+    for _ in 0..5 {
+        plane = shapes::subdivided(&plane);
+    }
+    // Only the middle is compared; the rest casts its light.
+    let inner = |p: &DVec3| p.abs().max_element() < 12.0;
+    let receivers: Vec<DVec3> = plane.positions.iter().copied().filter(inner).collect();
+    let material = medium("skin1").material();
+    let light = Light {
+        azimuth: 60.0,
+        ..facing()
+    };
+    let map = light_map(&plane, &light, 256, material.eta);
+    let noise = shade::noise();
+    let mut shading = Shading::new(&material, &light, &map, &noise, 0);
+    for (mixture, most) in [(Mixture::THREE, 0.015), (Mixture::FOUR, 0.026)] {
+        shading.reduce(Multiple::Mixture(mixture));
+        for p in receivers.iter().step_by(29) {
+            let receiver = Receiver {
+                p: *p,
+                n: DVec3::Z,
+                wo: DVec3::Z,
+                pixel: [0, 0],
+            };
+            let exact = shade::exact(&shading, &receiver);
+            let off = (shade::mixture(&shading, &receiver) / exact - 1.0).abs();
+            assert!(off.max_element() < most, "{mixture} at {p}: {off}");
+        }
+    }
+}
+
 /// One picture of the mixture is one picture: the plan that asks for the fourth moment at no level
 /// is the plan of three.
 #[test]

@@ -119,12 +119,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "3|4", value_parser = values::moments, allow_hyphen_values = true, help_heading = "Method")]
     moments: Option<u32>,
 
-    /// First level of the mixture that reads the fourth moment, with --moments 4 [default: 0]
+    /// First level of the mixture that reads the fourth moment, 0 to 13, with --moments 4 [default: 0]
     #[arg(long, value_name = "LEVEL", value_parser = values::level, allow_hyphen_values = true, help_heading = "Method")]
     fourth_from: Option<u32>,
 
-    /// How many levels of the mixture read the fourth moment, those that carry the most light, with
-    /// --moments 4 [default: all]
+    /// How many levels of the mixture read the fourth moment, 1 to 9: those that carry the most light,
+    /// with --moments 4 [default: all]
     #[arg(long, value_name = "N", value_parser = values::fourth_levels, allow_hyphen_values = true, conflicts_with = "fourth_from", help_heading = "Method")]
     fourth_levels: Option<u32>,
 

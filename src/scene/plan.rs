@@ -164,7 +164,8 @@ impl Taps {
     ///
     /// Moments of a kernel that holds the receiver's own surface, and others nearer and deeper,
     /// show one broad hump and lose the first; the finer level still saw it. Over an octave the true
-    /// light falls below 0.8 of that in one of ten taps on the statue, and on nothing smooth.
+    /// light falls below 0.8 of that in one of ten taps on the statue. Where less lies below the wider
+    /// kernel, since it reaches beyond the object, the light falls by as much more.
     pub fn kept(&self) -> f64 {
         0.8_f64.powi(self.levels.step as i32)
     }
