@@ -56,7 +56,7 @@ impl Levels {
     /// mm: every `step`-th (1 or 2), and at most `most` (at least 1) of them.
     ///
     /// They run from the last one narrower than 0.4 of the least z_r, since g(t) has fallen to a
-    /// fraction of its peak there, to the first one that leaves less than [`TAIL`] of R_tot to
+    /// fraction of its peak there, to the first one that leaves less than 2 % of R_tot to
     /// coarser ones in every channel; its own weight takes that share. Where that is more than
     /// `most`, the coarse end goes. Leaving out the finest
     /// level takes the peak away, and up to 12 % of R_tot at an edge; leaving out the coarsest
