@@ -1,15 +1,6 @@
 //! The boxes pass: the plain MIP pyramid, each texel the mean of 2x2 of the level above it.
 
-use glam::DVec2;
-
-/// One level of the pyramid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Level<const N: usize> {
-    /// Width and height in texels.
-    pub size: [u32; 2],
-    /// Row-major.
-    pub texels: Vec<[f64; N]>,
-}
+use crate::cpu::reduce::Level;
 
 /// The pyramid over `base`, which is `size` texels, row-major; element k is level k, and level 0
 /// is `base` itself.
@@ -19,10 +10,7 @@ pub struct Level<const N: usize> {
 /// 1x1. There is always a level 1: that of a base of 1x1 is the base again.
 pub fn boxes<const N: usize>(size: [u32; 2], base: &[[f64; N]]) -> Vec<Level<N>> {
     debug_assert_eq!(base.len(), size[0] as usize * size[1] as usize);
-    let mut levels = vec![Level {
-        size,
-        texels: base.to_vec(),
-    }];
+    let mut levels = vec![Level::base(size, base)];
     loop {
         let next = half(&levels[levels.len() - 1]);
         let done = next.size == [1, 1];
@@ -53,42 +41,17 @@ fn half<const N: usize>(above: &Level<N>) -> Level<N> {
         }
         sum.map(|s| s / count)
     };
-    let texels = (0..size[1])
+    let texels: Vec<_> = (0..size[1])
         .flat_map(|j| (0..size[0]).map(move |i| (i, j)))
         .map(|(i, j)| mean(i, j))
         .collect();
-    Level { size, texels }
-}
-
-impl<const N: usize> Level<N> {
-    /// The texel in column `i` and row `j`; 0, the border, outside.
-    pub fn at(&self, i: i64, j: i64) -> [f64; N] {
-        let [width, height] = self.size.map(i64::from);
-        if (0..width).contains(&i) && (0..height).contains(&j) {
-            self.texels[(j * width + i) as usize]
-        } else {
-            [0.0; N]
-        }
-    }
-
-    /// A bilinear tap at `st` in texels: texel (i, j) has its centre at (i + 1/2, j + 1/2).
-    pub fn tap(&self, st: DVec2) -> [f64; N] {
-        let corner = (st - 0.5).floor();
-        let fraction = st - 0.5 - corner;
-        let mut sum = [0.0; N];
-        for (dj, v) in [(0, 1.0 - fraction.y), (1, fraction.y)] {
-            for (di, u) in [(0, 1.0 - fraction.x), (1, fraction.x)] {
-                let texel = self.at(corner.x as i64 + di, corner.y as i64 + dj);
-                sum = std::array::from_fn(|c| sum[c] + u * v * texel[c]);
-            }
-        }
-        sum
-    }
+    Level::base(size, &texels)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     fn counted(size: [u32; 2]) -> Vec<[f64; 1]> {
         (0..size[0] * size[1]).map(|k| [f64::from(k)]).collect()

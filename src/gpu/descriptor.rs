@@ -13,8 +13,6 @@ pub enum Binding<'a> {
     Uniform(&'a Buffer),
     /// An image read through a sampler.
     Sampled(&'a Image, &'a Sampler),
-    /// One MIP level of an image, read through a sampler.
-    SampledLevel(&'a Image, &'a Sampler, u32),
     /// A storage image of one level.
     Storage(&'a Image),
     /// One MIP level of an image as a storage image.
@@ -29,9 +27,7 @@ impl Binding<'_> {
     fn kind(&self) -> vk::DescriptorType {
         match self {
             Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
-            Binding::Sampled(..) | Binding::SampledLevel(..) => {
-                vk::DescriptorType::COMBINED_IMAGE_SAMPLER
-            }
+            Binding::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Binding::Storage(_) | Binding::StorageLevel(..) => vk::DescriptorType::STORAGE_IMAGE,
             Binding::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
             Binding::Input(_) => vk::DescriptorType::INPUT_ATTACHMENT,
@@ -50,9 +46,6 @@ impl Binding<'_> {
         let (view, layout, sampler) = match self {
             Binding::Uniform(_) | Binding::StorageBuffer(_) => return None,
             Binding::Sampled(image, sampler) => (image.view, read_only(image), sampler.raw),
-            Binding::SampledLevel(image, sampler, level) => {
-                (image.level_view(*level), read_only(image), sampler.raw)
-            }
             Binding::Storage(image) => (image.view, general, none),
             Binding::StorageLevel(image, level) => (image.level_view(*level), general, none),
             Binding::Input(image) => (image.view, read_only(image), none),

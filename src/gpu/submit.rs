@@ -199,16 +199,7 @@ pub fn upload_image(
         Use::DISCARD,
         Use::COPY_TARGET,
     );
-    // SAFETY: buffer and image are alive until the wait below; the region covers both.
-    unsafe {
-        device.raw.cmd_copy_buffer_to_image(
-            commands,
-            staging.raw,
-            image.raw,
-            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-            &[image.level_copy(0)],
-        );
-    }
+    record_upload(device, commands, &staging, image, image.size());
     barrier::image(
         device,
         commands,

@@ -13,7 +13,7 @@ pub use multiple::{TECHNIQUES, brdf, exact, samples, samples_shifted};
 pub use rings::rings;
 pub use shadow::visibility;
 
-use crate::cpu::boxes::{self, boxes};
+use crate::cpu::boxes::boxes;
 use crate::cpu::reduce::{self, pyramid};
 use crate::cpu::{GBuffer, LightMap};
 use crate::optics::sampling::{blue_noise, r2};
@@ -65,7 +65,7 @@ pub struct Shading<'a> {
     /// [`Taps::kept`] of them.
     pub kept: f64,
     /// Levels that the method `rings` reads, from level 0: means of (w, w z, w z^2, w z^3).
-    pub boxes: Vec<boxes::Level<4>>,
+    pub boxes: Vec<reduce::Level<4>>,
 }
 
 impl<'a> Shading<'a> {
