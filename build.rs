@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Every shader of the frame: file, variant, and the macros that make the variant.
+/// Every shader of the frame but those that shade: file, variant, and the macros that make the variant.
 const SHADERS: &[(&str, &str, &[&str])] = &[
     ("light.vert", "", &[]),
     ("light.frag", "", &[]),
@@ -13,31 +13,6 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("view.vert", "", &[]),
     ("view.frag", "", &[]),
     ("shade.vert", "", &[]),
-    ("shade.frag", "none", &["METHOD_NONE"]),
-    ("shade.frag", "brdf", &["METHOD_BRDF"]),
-    ("shade.frag", "samples", &["METHOD_SAMPLES"]),
-    ("shade.frag", "rings", &["METHOD_RINGS"]),
-    (
-        "shade.frag",
-        "rings nearest",
-        &["METHOD_RINGS", "NO_LINEAR"],
-    ),
-    ("shade.frag", "mixture", &["METHOD_MIXTURE"]),
-    (
-        "shade.frag",
-        "mixture nearest",
-        &["METHOD_MIXTURE", "NO_LINEAR"],
-    ),
-    (
-        "shade.frag",
-        "mixture fourth",
-        &["METHOD_MIXTURE", "FOURTH"],
-    ),
-    (
-        "shade.frag",
-        "mixture nearest fourth",
-        &["METHOD_MIXTURE", "NO_LINEAR", "FOURTH"],
-    ),
     ("decimate.comp", "", &[]),
     ("decimate.comp", "fourth", &["FOURTH"]),
     ("smooth.comp", "", &[]),
@@ -46,6 +21,29 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("boxes_shared.comp", "", &[]),
     ("exact.comp", "", &[]),
     ("resolve.comp", "", &[]),
+];
+
+/// The shaders that shade, by their method for multiple scattering.
+const SHADE: &[(&str, &[&str])] = &[
+    ("none", &["METHOD_NONE"]),
+    ("brdf", &["METHOD_BRDF"]),
+    ("samples", &["METHOD_SAMPLES"]),
+    ("rings", &["METHOD_RINGS"]),
+    ("rings nearest", &["METHOD_RINGS", "NO_LINEAR"]),
+    ("mixture", &["METHOD_MIXTURE"]),
+    ("mixture nearest", &["METHOD_MIXTURE", "NO_LINEAR"]),
+    ("mixture fourth", &["METHOD_MIXTURE", "FOURTH"]),
+    (
+        "mixture nearest fourth",
+        &["METHOD_MIXTURE", "NO_LINEAR", "FOURTH"],
+    ),
+];
+
+/// Each of them without single scattering, with it, and with it from the depth buffer.
+const SINGLE: &[(&str, &[&str])] = &[
+    ("", &[]),
+    ("single", &["SINGLE"]),
+    ("single depth", &["SINGLE", "EXITS_DEPTH"]),
 ];
 
 fn main() {
@@ -63,7 +61,20 @@ fn run() -> Result<(), String> {
 
     let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
     let mut table = String::from("// Written by build.rs.\n");
-    for &(file, variant, macros) in SHADERS {
+    let shade = SHADE.iter().flat_map(|(method, macros)| {
+        SINGLE.iter().map(move |(single, more)| {
+            let variant = format!("{method} {single}");
+            (
+                "shade.frag",
+                variant.trim().to_owned(),
+                [*macros, *more].concat(),
+            )
+        })
+    });
+    let others = SHADERS
+        .iter()
+        .map(|&(file, variant, macros)| (file, variant.to_owned(), macros.to_vec()));
+    for (file, variant, macros) in others.chain(shade) {
         let path = folder.join(file);
         let source = read(&path)?;
         let stage = match path.extension().and_then(|e| e.to_str()) {

@@ -26,6 +26,9 @@ vec4 fetch_linear(sampler2D tex, vec2 st, vec2 texel, float level) {
 #endif
 #define FETCH_LINEAR(tex, st, texel) FETCH_LINEAR_LEVEL(tex, st, texel, 0.0)
 
+// What the sampler, of the nearest texel or bilinear, gives at texel coordinates `st`.
+#define FETCH_FILTERED(tex, st, texel) textureLod(tex, (st) * (texel), 0.0)
+
 // For each of the 2x2 texels around `st`, whether it is at least as deep as `reference`: x and y
 // in the higher row, w and z in the lower, from left to right.
 #define FETCH_GATHER_COMPARE(tex, st, size, reference) \

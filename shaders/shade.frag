@@ -9,17 +9,21 @@
 
 layout(input_attachment_index = 0, binding = 1) uniform subpassInput view_depth;
 layout(input_attachment_index = 1, binding = 2) uniform subpassInput view_normal;
+#if defined(SINGLE)
 layout(input_attachment_index = 2, binding = 3) uniform subpassInput back_depth;
+layout(input_attachment_index = 3, binding = 6) uniform subpassInput back_normal;
+layout(binding = 7) uniform sampler2D exits;
+#endif
 layout(binding = 4) uniform sampler2D moments;
 layout(binding = 5) uniform sampler2DShadow light_depth;
 #if defined(METHOD_SAMPLES)
-layout(binding = 6) uniform sampler2D blue_noise;
+layout(binding = 8) uniform sampler2D blue_noise;
 #elif defined(METHOD_RINGS)
-layout(binding = 6) uniform sampler2D boxes;
+layout(binding = 8) uniform sampler2D boxes;
 #elif defined(METHOD_MIXTURE)
-layout(binding = 6) uniform sampler2D smoothed;
+layout(binding = 8) uniform sampler2D smoothed;
 #if defined(FOURTH)
-layout(binding = 7) uniform sampler2D smoothed_fourth;
+layout(binding = 9) uniform sampler2D smoothed_fourth;
 #endif
 #endif
 
@@ -54,15 +58,22 @@ float visibility(vec3 p, vec3 n) {
 }
 
 #include "multiple.glsl"
+#if defined(SINGLE)
+#include "single.glsl"
+#endif
 
 void main() {
-    vec3 p = position(gl_FragCoord.xy, READ_INPUT(view_depth).x);
+    float depth = READ_INPUT(view_depth).x;
+    vec3 p = position(gl_FragCoord.xy, depth);
     vec3 n = decode_normal(READ_INPUT(view_normal).xy);
     vec3 wo = normalize(frame.eye.xyz - p);
 
     float lit = 1.0;
     if (NEEDS_VISIBILITY) lit = visibility(p, n);
     vec3 radiance = leaving(n, wo, frame.sigma_tr.w) * multiple_scattering(p, n, lit);
+#if defined(SINGLE)
+    radiance += single_scattering(p, depth, n, wo);
+#endif
     if (SPECULAR) {
         vec3 wi = -frame.light_z.xyz;
         float value = ggx(n, wo, wi, frame.z_r.w, frame.sigma_tr.w);

@@ -25,6 +25,10 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 r_tot;          // total diffuse reflectance per channel
     vec4 sequence;       // offsets of radius and angle of this frame's samples; z: 1 / (frames so far + 1)
     vec4 background;     // linear rgb; w: 1 where it is put behind the picture
+    vec4 sigma_s;        // scattering coefficient, not reduced, per channel
+    vec4 sigma_t;        // extinction sigma_s + sigma_a per channel; w: mean cosine g
+    vec4 path;           // what the weight tells of the refracted path: PathFit of optics/single.rs
+    vec4 march;          // first step, deepest sample, mm; Ft at normal incidence; variance of an edge's depths
     vec4 level_weights[9];  // of each level of the mixture: W per channel; w: s^2, s over the half depth range
     vec4 level_places[9];   // 2^-level, and the level's corner in the atlas, texels; w: s
 } frame;

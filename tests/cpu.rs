@@ -58,6 +58,7 @@ fn facing(p: DVec3, n: DVec3) -> Receiver {
         n,
         wo: n,
         pixel: [0, 0],
+        back: None,
     }
 }
 
@@ -269,7 +270,7 @@ fn no_pixel_is_ever_nan_or_infinite() {
                 Multiple::Samples(30),
                 Multiple::Exact,
             ] {
-                let image = shade::shade(&gbuffer, &view, &shading, multiple, true);
+                let image = shade::shade(&gbuffer, &view, &shading, multiple, None, true);
                 for (i, pixel) in image.iter().enumerate() {
                     let fine = pixel.iter().all(|x| x.is_finite() && *x >= 0.0);
                     assert!(fine, "{name} {azimuth} {multiple:?} pixel {i}: {pixel:?}");
@@ -377,7 +378,7 @@ fn moving_the_scene_changes_nothing() {
         let (view, gbuffer) = picture(&mesh, offset, 8.0, 32);
         let shading = Shading::new(&material, &light, &map, &noise, 3);
         [Multiple::Exact, Multiple::Brdf, Multiple::Samples(30)]
-            .map(|multiple| shade::shade(&gbuffer, &view, &shading, multiple, true))
+            .map(|multiple| shade::shade(&gbuffer, &view, &shading, multiple, None, true))
     });
     for (here, there) in images[0].iter().flatten().zip(images[1].iter().flatten()) {
         for k in 0..4 {
@@ -463,7 +464,7 @@ fn samples_do_not_depend_on_the_number_of_threads() {
         pool.expect("a thread pool").install(|| {
             let map = light_map(&mesh, &slanted(), 64, medium.eta);
             let shading = Shading::new(&medium.material(), &slanted(), &map, &noise, 0);
-            shade::shade(&gbuffer, &view, &shading, Multiple::Samples(30), true)
+            shade::shade(&gbuffer, &view, &shading, Multiple::Samples(30), None, true)
         })
     };
     assert_eq!(run(1), run(3));

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use marmor::frame::shaders;
 use marmor::gpu::Shader;
 use marmor::ledger::{self, Filter, INPUT, TEXEL};
-use marmor::scene::{Method, Multiple, Request};
+use marmor::scene::{Exits, March, Method, Multiple, Request, Single};
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Dim, Op, Word};
 
@@ -87,6 +87,7 @@ fn declared_with(request: Request, pass: &str, filter: Filter) -> Sites {
 fn request(method: Method) -> Request {
     Request {
         multiple: method,
+        single: Single::Off,
         ..Request::statue()
     }
 }
@@ -201,6 +202,89 @@ fn the_mixture_declares_its_sites_times_its_trips() {
             assert_eq!(declared.inputs, found.inputs);
         }
     }
+}
+
+#[test]
+fn the_march_declares_one_site_times_its_steps() {
+    // By method: without, with, and from the depth buffer; what else each reads must stay the same.
+    let shaders = [
+        (
+            Method::None,
+            [
+                shaders::SHADE_FRAG_NONE,
+                shaders::SHADE_FRAG_NONE_SINGLE,
+                shaders::SHADE_FRAG_NONE_SINGLE_DEPTH,
+            ],
+        ),
+        (
+            Method::Samples,
+            [
+                shaders::SHADE_FRAG_SAMPLES,
+                shaders::SHADE_FRAG_SAMPLES_SINGLE,
+                shaders::SHADE_FRAG_SAMPLES_SINGLE_DEPTH,
+            ],
+        ),
+        (
+            Method::Rings,
+            [
+                shaders::SHADE_FRAG_RINGS,
+                shaders::SHADE_FRAG_RINGS_SINGLE,
+                shaders::SHADE_FRAG_RINGS_SINGLE_DEPTH,
+            ],
+        ),
+        (
+            Method::Mixture,
+            [
+                shaders::SHADE_FRAG_MIXTURE,
+                shaders::SHADE_FRAG_MIXTURE_SINGLE,
+                shaders::SHADE_FRAG_MIXTURE_SINGLE_DEPTH,
+            ],
+        ),
+        (
+            Method::Mixture,
+            [
+                shaders::SHADE_FRAG_MIXTURE_NEAREST,
+                shaders::SHADE_FRAG_MIXTURE_NEAREST_SINGLE,
+                shaders::SHADE_FRAG_MIXTURE_NEAREST_SINGLE_DEPTH,
+            ],
+        ),
+    ];
+    for (method, [without, with, from_depth]) in shaders {
+        let found = sites(&without);
+        for shader in [&with, &from_depth] {
+            // One tap in the loop over the steps, and depth and normal of the back face.
+            let more = Sites {
+                fetches: found.fetches + 1,
+                inputs: found.inputs + 2,
+            };
+            assert_eq!(sites(shader), more, "{}", shader.name);
+        }
+        for (steps, exits) in [(1, Exits::Linear), (8, Exits::Depth), (64, Exits::Nearest)] {
+            for filter in FILTERS {
+                let plain = declared_with(request(method), "shade", filter);
+                let march = Request {
+                    single: Single::March(March { steps, exits }),
+                    exits,
+                    ..request(method)
+                };
+                let declared = declared_with(march, "shade", filter);
+                assert_eq!(declared.fetches, plain.fetches + steps);
+                assert_eq!(declared.inputs, plain.inputs + 2);
+            }
+        }
+    }
+    // No transport, and nothing read for it.
+    let opaque = Request {
+        single: Single::March(March {
+            steps: 8,
+            exits: Exits::Linear,
+        }),
+        ..request(Method::Brdf)
+    };
+    assert_eq!(
+        declared(opaque, "shade"),
+        declared(request(Method::Brdf), "shade")
+    );
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use common::device;
 use image::{Rgb, RgbImage};
 use marmor::frame::Renderer;
-use marmor::scene::{Method, Request};
+use marmor::scene::{Method, Request, Single};
 
 const SIZE: [u32; 2] = [96, 120];
 
@@ -59,10 +59,16 @@ fn pictures_are_as_they_were() {
         Method::Rings,
         Method::Mixture,
         Method::Exact,
+        Method::None,
     ] {
         let mut request = Request::statue();
         request.size = SIZE;
         request.multiple = method;
+        // Alone, since it goes with every method alike.
+        request.single = match method {
+            Method::None => request.single,
+            _ => Single::Off,
+        };
         request.light_map = 96;
         // A light map this small resolves a material ten times as transparent.
         request.material.sigma_s *= 0.2;
@@ -80,10 +86,12 @@ fn pictures_are_as_they_were() {
             .collect();
         let picture = RgbImage::from_raw(SIZE[0], SIZE[1], rgb).expect("as many pixels");
 
+        let name = match method {
+            Method::None => "single",
+            other => other.name(),
+        };
         let file = |driver: &str| -> PathBuf {
-            root.join("golden")
-                .join(driver)
-                .join(format!("{}.png", method.name()))
+            root.join("golden").join(driver).join(format!("{name}.png"))
         };
         if update {
             std::fs::create_dir_all(root.join("golden").join(&driver)).expect("a folder");
@@ -103,17 +111,17 @@ fn pictures_are_as_they_were() {
         if !good {
             let out = root.join("out");
             std::fs::create_dir_all(&out).expect("a folder");
-            let name = |what: &str| out.join(format!("{}-{driver}-{what}.png", method.name()));
+            let file_of = |what: &str| out.join(format!("{name}-{driver}-{what}.png"));
             let amplified = RgbImage::from_fn(SIZE[0], SIZE[1], |x, y| {
                 let (a, b) = (golden.get_pixel(x, y), picture.get_pixel(x, y));
                 Rgb([0, 1, 2].map(|c| a[c].abs_diff(b[c]).saturating_mul(16)))
             });
-            picture.save(name("rendered")).expect("a picture");
-            amplified.save(name("difference")).expect("a picture");
+            picture.save(file_of("rendered")).expect("a picture");
+            amplified.save(file_of("difference")).expect("a picture");
             faults.push(format!(
                 "{}: {mean:.3} steps in the mean, {most} at most; see {}",
-                method.name(),
-                name("difference").display()
+                name,
+                file_of("difference").display()
             ));
         }
     }

@@ -22,6 +22,7 @@ fn exact_meets_the_analytic_half_plane() {
         sigma_s: DVec3::new(0.9, 1.0, 1.2),
         sigma_a: DVec3::new(0.08, 0.10, 0.12),
         eta: 1.3,
+        g: 0.0,
         roughness: 0.3,
     };
     let half = 24.0;
@@ -103,6 +104,7 @@ fn what_enters_leaves() {
         sigma_s: DVec3::splat(2.0),
         sigma_a: DVec3::splat(1e-5),
         eta: 1.3,
+        g: 0.0,
         roughness: 0.3,
     };
     let half = 400.0;
@@ -319,6 +321,7 @@ fn every_pixel_is_finite() {
             sigma_s: DVec3::splat(s),
             sigma_a: DVec3::splat(a),
             eta: 1.0,
+            g: 0.0,
             roughness: 0.02,
         });
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use marmor::cpu::{self, shade::Shading};
 use marmor::frame::Renderer;
 use marmor::ledger::Filter;
-use marmor::scene::{Fourth, Jitter, Mesh, Mixture, Multiple, Plan};
+use marmor::scene::{Exits, Fourth, Jitter, March, Mesh, Mixture, Multiple, Plan, Single};
 
 const SIZE: [u32; 2] = [160, 120];
 
@@ -185,21 +185,21 @@ fn g_buffer() {
         2e-6,
         0.05,
     );
-    for k in 0..3 {
-        let component = |g: &cpu::GBuffer| {
-            g.normal
-                .iter()
-                .map(|n| (*n != DVec3::ZERO).then_some(n[k]))
-                .collect::<Vec<_>>()
-        };
-        compare(
-            "normal",
-            gpu.width,
-            &component(&gpu),
-            &component(&twin),
-            1e-4,
-            0.5,
-        );
+    let components = [
+        ("normal", &gpu.normal, &twin.normal),
+        ("back normal", &gpu.back_normal, &twin.back_normal),
+    ];
+    for (what, gpu_normals, twin_normals) in components {
+        for k in 0..3 {
+            let component = |normals: &[DVec3]| {
+                normals
+                    .iter()
+                    .map(|n| (*n != DVec3::ZERO).then_some(n[k]))
+                    .collect::<Vec<_>>()
+            };
+            let (gpu_k, twin_k) = (component(gpu_normals), component(twin_normals));
+            compare(what, gpu.width, &gpu_k, &twin_k, 1e-4, 0.5);
+        }
     }
 }
 
@@ -216,6 +216,7 @@ fn compare_shading(device: &TestDevice, plan: &Plan) -> (Vec<[f64; 4]>, Vec<[f64
         &renderer.view(0),
         &shading,
         plan.multiple,
+        plan.march(plan.multiple),
         plan.specular,
     );
     (twin, device::wide(&renderer.radiance().expect("radiance")))
@@ -378,6 +379,37 @@ fn mixture() {
     }
 }
 
+#[test]
+fn single() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut cases = Vec::new();
+    for steps in [1, 2, 8, 64] {
+        cases.push(("skin1", steps, Exits::Linear, 0.0));
+    }
+    cases.extend([
+        ("marble", 8, Exits::Nearest, 0.0),
+        ("ketchup", 8, Exits::Depth, 0.0),
+        ("ketchup", 6, Exits::Linear, 0.8),
+        ("spectralon", 8, Exits::Linear, -0.5),
+    ]);
+    for (name, steps, exits, g) in cases {
+        for light in [[60.0, 35.0], [-150.0, 20.0]] {
+            let mut plan = marble(light, Multiple::None);
+            plan.scene.material = medium(name).material();
+            plan.scene.material.g = g;
+            plan.single = Single::March(March { steps, exits });
+            let (twin, gpu) = compare_shading(&device, &plan);
+            let what = format!("{name}, {}, g {g}", plan.single);
+            // The nearest texel of the depth buffer is not looked up at its centre, so that a few samples
+            // fall into the next.
+            let tolerance = if exits == Exits::Depth { 5e-3 } else { 5e-4 };
+            agree(&what, &twin, &gpu, tolerance);
+        }
+    }
+}
+
 /// A device that cannot filter 32-bit floats draws the same picture from four reads a tap.
 #[test]
 fn taps_of_four_texels_are_bilinear_taps() {
@@ -482,6 +514,13 @@ fn frames_do_not_race_with_each_other() {
         let mut plan = marble([60.0, 35.0], multiple);
         plan.split = split;
         plan.specular = true;
+        // One of them does without back faces.
+        if multiple != Multiple::Rings(6) {
+            plan.single = Single::March(March {
+                steps: 4,
+                exits: Exits::Linear,
+            });
+        }
         plan.jitter = Jitter::All;
         plan.frames_averaged = 2;
         let mut renderer = Renderer::new(&device.device, &plan, keep, false).expect("a renderer");

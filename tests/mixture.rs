@@ -124,6 +124,7 @@ fn edge(material: &Material, size: u32, mixture: Mixture) -> [[f64; 2]; 3] {
                 n: DVec3::Z,
                 wo: DVec3::Z,
                 pixel: [0, 0],
+                back: None,
             };
             let exact = shade::exact(&shading, &receiver);
             [shade::mixture(&shading, &receiver) - exact, exact]
@@ -251,6 +252,7 @@ fn errors(mesh: &Mesh, material: &Material, light: [f64; 2], methods: &[Multiple
             n: mesh.normals[i],
             wo: view.to_light(),
             pixel: [i as u32 % 64, i as u32 / 64 % 64],
+            back: None,
         })
         .collect();
     let wide = |values: Vec<DVec3>| -> Vec<[f64; 4]> {
@@ -342,6 +344,7 @@ fn a_tilted_plane_is_one_surface() {
                 n: DVec3::Z,
                 wo: DVec3::Z,
                 pixel: [0, 0],
+                back: None,
             };
             let exact = shade::exact(&shading, &receiver);
             let off = (shade::mixture(&shading, &receiver) / exact - 1.0).abs();

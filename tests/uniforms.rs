@@ -57,6 +57,10 @@ fn offsets_agree() {
         offset_of!(Uniforms, r_tot),
         offset_of!(Uniforms, sequence),
         offset_of!(Uniforms, background),
+        offset_of!(Uniforms, sigma_s),
+        offset_of!(Uniforms, sigma_t),
+        offset_of!(Uniforms, path),
+        offset_of!(Uniforms, march),
         offset_of!(Uniforms, levels),
         offset_of!(Uniforms, levels) + offset_of!(LevelTable, places),
     ]

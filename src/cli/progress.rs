@@ -34,6 +34,10 @@ impl Bar {
                 ("light-map rows", done, of)
             }
         };
+        self.show(what, done, of);
+    }
+
+    fn show(&mut self, what: &'static str, done: u64, of: u64) {
         if of <= 1 {
             return;
         }
@@ -46,6 +50,11 @@ impl Bar {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
             self.shown = true;
         }
+    }
+
+    /// Rows of the picture that rays have been cast for.
+    pub(super) fn report_traced(&mut self, done: u64, of: u64) {
+        self.show("rows of single scattering", done, of);
     }
 
     pub(super) fn clear(&self) {

@@ -2,15 +2,18 @@
 
 use super::failure::Failure;
 use super::progress::Bar;
-use super::values::{self, Background, Direction, Orbit, SingleOff};
+use super::values::{self, Background, Direction, Orbit};
 use super::{Global, print};
+use crate::cpu::resolve::resolve;
+use crate::cpu::traced;
 use crate::frame;
 use crate::optics::mixture::Fit;
 use crate::report::{self, Format, Output, Stats, stats};
-use crate::scene::{Jitter, Material, Method, Mixture, Plan, Request, Viewpoint};
+use crate::scene::{Exits, Jitter, Material, Method, Mixture, Plan, Request, Single, Viewpoint};
 use clap::Args;
 use glam::DVec3;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 /// Render one picture
 ///
@@ -83,6 +86,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "ETA", value_parser = values::eta, allow_hyphen_values = true, help_heading = "Material")]
     eta: Option<f64>,
 
+    /// Mean cosine of the phase function of light scattered once, from -0.95 to 0.95 [default: 0]
+    ///
+    /// The coefficients stay reduced: single scattering takes sigma_s = sigma_s' / (1 - g).
+    #[arg(long, value_name = "G", value_parser = values::g, allow_hyphen_values = true, help_heading = "Material")]
+    g: Option<f64>,
+
     /// Size of the object: mm per mesh unit [default: 1]
     #[arg(long, value_name = "MM", value_parser = values::positive, allow_hyphen_values = true, help_heading = "Material")]
     unit: Option<f64>,
@@ -143,9 +152,19 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "METHOD", value_parser = values::method, help_heading = "Method")]
     split: Option<Method>,
 
-    /// Single scattering; not implemented yet, so only off
-    #[arg(long, value_name = "off", value_parser = values::single, allow_hyphen_values = true, help_heading = "Method")]
-    single: Option<SingleOff>,
+    /// Single scattering: samples along the refracted view ray, from 1 to 64; or off; or traced [default: 8]
+    ///
+    /// Each sample is one fetch. traced: rays cast on the mesh, 1024 steps a pixel, on the CPU: the slow
+    /// reference. Goes with every method but brdf, which knows no transport.
+    #[arg(long, value_name = "K|off|traced", value_parser = values::single, allow_hyphen_values = true, help_heading = "Method")]
+    single: Option<Single>,
+
+    /// How the samples of single scattering find the lit surface [default: linear]
+    ///
+    /// linear: a bilinear tap of the light map, whose moments tell two surfaces from one; nearest: its
+    /// nearest texel; depth: the nearest texel of the depth buffer, without the surface's angle.
+    #[arg(long, value_name = "linear|nearest|depth", value_parser = values::exits, help_heading = "Method")]
+    exits: Option<Exits>,
 
     /// Reflection at the surface [default: on]
     #[arg(long, value_name = "on|off", value_parser = values::on_off, action = clap::ArgAction::Set, help_heading = "Method")]
@@ -178,7 +197,11 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
         bar.report(progress);
     });
     bar.clear();
-    let picture = picture?;
+    let mut picture = picture?;
+    if plan.single == Single::Traced {
+        add_traced(&plan, &mut picture, &mut bar);
+        bar.clear();
+    }
     for message in &picture.validation_messages {
         tracing::warn!("validation: {message}");
     }
@@ -196,6 +219,33 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
         return Ok(());
     }
     print(&summary(&arguments.output, &stats))
+}
+
+/// Adds single scattering by ray casting, and encodes the picture anew.
+fn add_traced(plan: &Plan, picture: &mut frame::Picture, bar: &mut Bar) {
+    let of = traced::rows(plan);
+    let shared = Mutex::new((bar, 0));
+    let term = traced::picture(plan, &|| {
+        // A poisoned lock is that of a bar: draw on.
+        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.1 += 1;
+        let done = shared.1;
+        shared.0.report_traced(done, of);
+    });
+    for ((radiance, display), term) in picture
+        .radiance
+        .iter_mut()
+        .zip(&mut picture.display)
+        .zip(term)
+    {
+        // What the device does not cover by rounding alone stays empty.
+        if radiance[3] > 0.0 {
+            for (value, more) in radiance.iter_mut().zip(term) {
+                *value += more;
+            }
+        }
+        *display = resolve(radiance.map(f64::from), plan.exposure, plan.background);
+    }
 }
 
 /// Defaults, then the scene file, then the flags.
@@ -222,6 +272,8 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     );
     set(&mut request.level_step, &arguments.level_step);
     set(&mut request.weights, &arguments.weights);
+    set(&mut request.single, &arguments.single);
+    set(&mut request.exits, &arguments.exits);
     set(&mut request.specular, &arguments.specular);
     set(&mut request.light_map, &arguments.light_map);
     set(&mut request.split, &arguments.split.map(Some));
@@ -235,7 +287,9 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     set(&mut material.sigma_s, &arguments.sigma_s);
     set(&mut material.sigma_a, &arguments.sigma_a);
     set(&mut material.eta, &arguments.eta);
-    if arguments.sigma_s.is_some() || arguments.sigma_a.is_some() || arguments.eta.is_some() {
+    set(&mut material.g, &arguments.g);
+    let custom = [arguments.sigma_s.is_some(), arguments.sigma_a.is_some()];
+    if custom.contains(&true) || arguments.eta.is_some() || arguments.g.is_some() {
         material.name = "custom".to_owned();
     }
 
@@ -296,6 +350,21 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
         return Err(Failure::Input(format!(
             "{flag} has no effect on 3 moments; drop it, or add --moments 4"
         )));
+    }
+    if arguments.exits.is_some() && !matches!(request.single, Single::March(_)) {
+        return Err(Failure::Input(format!(
+            "--exits has no effect on --single {}; drop it, or add --single 8",
+            request.single
+        )));
+    }
+    let transport =
+        request.multiple != Method::Brdf || request.split.is_some_and(|m| m != Method::Brdf);
+    if matches!(arguments.single, Some(single) if single != Single::Off) && !transport {
+        return Err(Failure::Input(
+            "--single has no effect on the method brdf, which knows no transport; drop it, or add \
+             --multiple none for single scattering alone"
+                .to_owned(),
+        ));
     }
     Ok(request.plan()?)
 }

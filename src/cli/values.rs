@@ -1,7 +1,7 @@
 //! How flag values are read. Each function returns the value, or a phrase that clap puts
 //! after the flag's name.
 
-use crate::scene::{Jitter, Method, color, limits};
+use crate::scene::{Exits, Jitter, March, Method, Single, color, limits};
 use glam::DVec3;
 
 fn number(text: &str) -> Result<f64, String> {
@@ -99,18 +99,27 @@ pub(super) fn on_off(text: &str) -> Result<bool, String> {
     }
 }
 
-/// Single scattering, as far as it can be chosen.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SingleOff;
-
-pub(super) fn single(text: &str) -> Result<SingleOff, String> {
-    if text == "off" {
-        Ok(SingleOff)
-    } else if text.trim().parse::<f64>().is_ok() {
-        Err("single scattering is not implemented yet; write off".to_owned())
-    } else {
-        Err("write off".to_owned())
+pub(super) fn single(text: &str) -> Result<Single, String> {
+    match text {
+        "off" => Ok(Single::Off),
+        "traced" => Ok(Single::Traced),
+        _ => {
+            let steps =
+                whole(text).map_err(|_| "write off, traced or a whole number".to_owned())?;
+            Ok(Single::March(March {
+                steps: limits::steps(steps)?,
+                exits: Exits::Linear,
+            }))
+        }
     }
+}
+
+pub(super) fn exits(text: &str) -> Result<Exits, String> {
+    Exits::named(text)
+}
+
+pub(super) fn g(text: &str) -> Result<f64, String> {
+    limits::g(number(text)?)
 }
 
 pub(super) fn method(text: &str) -> Result<Method, String> {
@@ -209,7 +218,8 @@ mod tests {
         assert_eq!(background("none"), Ok(Background(None)));
         assert_eq!(background("#ffffff"), Ok(Background(Some([1.0; 3]))));
         assert_eq!(mebibytes("2"), Ok(2 << 20));
-        assert!(single("off").is_ok());
+        assert_eq!(single("off"), Ok(Single::Off));
+        assert!(single("64").is_ok() && single("traced").is_ok());
     }
 
     #[test]
@@ -235,6 +245,8 @@ mod tests {
         for bad in ["0", "-1", "1.5", "99999999999999999"] {
             assert!(mebibytes(bad).is_err(), "{bad}");
         }
-        assert!(single("8").is_err_and(|e| e.contains("not implemented yet")));
+        for bad in ["0", "65", "on", "-1", "8.5", ""] {
+            assert!(single(bad).is_err(), "{bad}");
+        }
     }
 }

@@ -8,6 +8,7 @@ pub mod raster;
 pub mod reduce;
 pub mod resolve;
 pub mod shade;
+pub mod traced;
 pub mod view;
 
 pub use light::LightMap;

@@ -76,22 +76,38 @@ impl<const N: usize> Level<N> {
 
     /// Bilinear tap at texel coordinates `st`: texel (i, j) has its centre at (i + 1/2, j + 1/2).
     pub fn tap(&self, st: DVec2) -> [f64; N] {
-        let corner = (st - 0.5).floor();
-        let f = st - 0.5 - corner;
-        let (i, j) = (corner.x as i64, corner.y as i64);
-        let corners = [
-            (0, 0, (1.0 - f.x) * (1.0 - f.y)),
-            (1, 0, f.x * (1.0 - f.y)),
-            (0, 1, (1.0 - f.x) * f.y),
-            (1, 1, f.x * f.y),
-        ];
-        weighted(corners.map(|(di, dj, weight)| (weight, self.at(i + di, j + dj))))
+        bilinear(st, |i, j| self.at(i, j))
     }
 
     /// Sum over all texels.
     pub fn total(&self) -> [f64; N] {
         weighted(self.texels.iter().map(|&texel| (1.0, texel)))
     }
+}
+
+/// Bilinear tap, as [`Level::tap`], of row-major `texels` of `size` columns and rows; 0 outside.
+pub fn texels_tap<const N: usize>(size: [u32; 2], texels: &[[f64; N]], st: DVec2) -> [f64; N] {
+    let [width, height] = size.map(i64::from);
+    bilinear(st, |i, j| {
+        if (0..width).contains(&i) && (0..height).contains(&j) {
+            texels[(j * width + i) as usize]
+        } else {
+            [0.0; N]
+        }
+    })
+}
+
+fn bilinear<const N: usize>(st: DVec2, at: impl Fn(i64, i64) -> [f64; N]) -> [f64; N] {
+    let corner = (st - 0.5).floor();
+    let f = st - 0.5 - corner;
+    let (i, j) = (corner.x as i64, corner.y as i64);
+    let corners = [
+        (0, 0, (1.0 - f.x) * (1.0 - f.y)),
+        (1, 0, f.x * (1.0 - f.y)),
+        (0, 1, (1.0 - f.x) * f.y),
+        (1, 1, f.x * f.y),
+    ];
+    weighted(corners.map(|(di, dj, weight)| (weight, at(i + di, j + dj))))
 }
 
 /// Sum of texels times weights.

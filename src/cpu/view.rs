@@ -20,6 +20,8 @@ pub struct GBuffer {
     /// Depth-buffer value of the nearest back face, where the view ray leaves the object; 1 for
     /// none.
     pub back_depth: Vec<f64>,
+    /// Outward unit normal of that face; 0 for none.
+    pub back_normal: Vec<DVec3>,
 }
 
 /// Draws the geometry buffer of `mesh` as `view` sees it, in `width` x `height` pixels.
@@ -48,5 +50,9 @@ pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize) -> GBuffer {
         depth: nearest.iter().map(|f| f.map_or(1.0, |f| f.depth)).collect(),
         normal,
         back_depth: back.iter().map(|f| f.map_or(1.0, |f| f.depth)).collect(),
+        back_normal: back
+            .par_iter()
+            .map(|f| f.map_or(DVec3::ZERO, |f| super::light::normal(mesh, &f)))
+            .collect(),
     }
 }

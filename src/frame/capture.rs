@@ -25,6 +25,8 @@ pub enum Target {
     FourthSmoothed,
     /// D32 depth of the nearest back face.
     BackDepth,
+    /// Octahedral normal of that face, turned to the viewer.
+    BackNormal,
     /// D32 depth of the view.
     ViewDepth,
     /// Octahedral normal of the view.
@@ -65,6 +67,10 @@ impl Renderer {
             Target::BackDepth => (
                 &self.gbuffer.back,
                 Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
+            ),
+            Target::BackNormal => (
+                &self.gbuffer.back_normal,
+                Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
             ),
             Target::ViewDepth if exact => (&self.gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
             Target::ViewDepth => (

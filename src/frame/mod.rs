@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ash::vk;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 pub use alone::{Reduced, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
@@ -156,6 +156,7 @@ pub struct Renderer {
     frames: u32,
     measure: bool,
     keep_gbuffer: bool,
+    marches: bool,
     device: Arc<Device>,
 }
 
@@ -322,6 +323,7 @@ impl Renderer {
             frames: 0,
             measure,
             keep_gbuffer,
+            marches: parts.iter().any(|part| part.march.is_some()),
             device: Arc::clone(device),
         })
     }
@@ -333,25 +335,12 @@ impl Renderer {
 
     /// The view of frame `index`, relative to [`Renderer::center`].
     pub fn view(&self, index: u32) -> View {
-        let mut camera = self.plan.scene.camera.clone();
-        camera.eye -= self.center;
-        camera.target -= self.center;
-        let jitter = if self.plan.jitter == Jitter::All {
-            offsets(index)[0]
-        } else {
-            DVec2::ZERO
-        };
-        let [width, height] = self.plan.size;
-        camera.view(width, height, DVec3::ZERO, self.radius, jitter)
+        self.plan.view_at(self.center, self.radius, index)
     }
 
     /// The light map's frame in frame `index`, relative to [`Renderer::center`].
     pub fn light_frame(&self, index: u32) -> LightFrame {
-        let mut light = self.light_frame.clone();
-        if self.plan.jitter == Jitter::All {
-            light.origin += offsets(index)[1] * light.texel;
-        }
-        light
+        self.plan.light_frame_at(&self.light_frame, index)
     }
 
     /// Renders and averages the plan's frames; returns the mean time of a frame on the wall.
@@ -521,13 +510,16 @@ impl Renderer {
             &gbuffer.normal, normal_read.discarding(), Use::COLOR_WRITE,
         );
         barrier::image(
+            device, commands, c"WAR, WAW: the previous frame reads and stores the back faces' normals",
+            &gbuffer.back_normal, Use::COLOR_INPUT.and(Use::COLOR_WRITE).discarding(), Use::COLOR_WRITE,
+        );
+        barrier::image(
             device, commands, c"WAR: the previous frame resolves the radiance",
             &canvas.radiance, Use::COMPUTE_STORAGE.discarding(), Use::COLOR_WRITE,
         );
         self.camera.begin(commands, &view::clear_values());
-        // Where the view ray leaves the object. Single scattering will read it; until then it is
-        // drawn only to be captured.
-        if self.keep_gbuffer {
+        // Where the view ray leaves the object, which single scattering reads.
+        if self.marches || self.keep_gbuffer {
             self.begin(commands, slot, BACK);
             self.view.record_back(commands, slot, &self.geometry);
             self.end(commands, slot, BACK);
@@ -841,6 +833,7 @@ fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
     let part = |columns, method| PartDesc {
         columns,
         method,
+        march: plan.march(method),
         counts: match method {
             Multiple::None | Multiple::Brdf | Multiple::Exact => [0; 3],
             Multiple::Samples(n) => [n, 0, 0],
@@ -863,14 +856,4 @@ fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
         }
         _ => vec![part([0, width], plan.multiple)],
     }
-}
-
-/// Sub-pixel offset of the camera and sub-texel offset of the light map in frame `index`,
-/// each in [-1/2, 1/2)^2 and 0 in frame 0: Roberts's sequence in four dimensions, so that
-/// the two are not in step.
-fn offsets(index: u32) -> [DVec2; 2] {
-    // The positive root of x^5 = x + 1.
-    const PHI_4: f64 = 1.167_303_978_261_418_7;
-    let at = |k: i32| (0.5 + f64::from(index) * PHI_4.powi(-k)).fract() - 0.5;
-    [DVec2::new(at(1), at(2)), DVec2::new(at(3), at(4))]
 }

@@ -15,7 +15,7 @@ use crate::gpu::{
 };
 use crate::ledger::Filter;
 use crate::optics::sampling;
-use crate::scene::Multiple;
+use crate::scene::{Exits, March, Multiple};
 
 /// Side of the blue-noise tile, in texels: large enough that its repetition does not show.
 const BLUE_NOISE_SIZE: u32 = 64;
@@ -26,7 +26,7 @@ pub struct ShadePass {
     height: u32,
     // Referred to by the sets.
     _blue_noise: Image,
-    _samplers: [Sampler; 3],
+    _samplers: [Sampler; 4],
 }
 
 /// Columns of the picture, and what shades them.
@@ -46,6 +46,8 @@ pub struct PartDesc {
     /// How many samples, or rings; of the mixture, how many levels read three moments, then four,
     /// then three again.
     pub counts: [u32; 3],
+    /// The march of single scattering, if there is one.
+    pub march: Option<March>,
 }
 
 impl ShadePass {
@@ -80,6 +82,13 @@ impl ShadePass {
             vk::BorderColor::FLOAT_OPAQUE_WHITE,
             Some(vk::CompareOp::LESS_OR_EQUAL),
         )?;
+        let none_lit = Sampler::new(
+            device,
+            "nearest, border 1",
+            vk::Filter::NEAREST,
+            vk::BorderColor::FLOAT_OPAQUE_WHITE,
+            None,
+        )?;
         let blue_noise = blue_noise(device)?;
         let parts = parts
             .iter()
@@ -101,6 +110,14 @@ impl ShadePass {
                     }
                     Multiple::None | Multiple::Brdf | Multiple::Exact => {}
                 }
+                // A device that cannot filter 32-bit floats reads the nearest exit.
+                let exits = match part.march.map(|march| march.exits) {
+                    Some(Exits::Depth) => Binding::Sampled(&map.depth, &none_lit),
+                    Some(Exits::Linear) if filter == Filter::Linear => {
+                        Binding::Sampled(&map.moments, &bilinear)
+                    }
+                    _ => Binding::Sampled(&map.moments, &nearest),
+                };
                 let bindings: Vec<_> = uniforms
                     .iter()
                     .map(|u| {
@@ -111,6 +128,8 @@ impl ShadePass {
                             Binding::Input(&gbuffer.back),
                             Binding::Sampled(&map.moments, sampler),
                             Binding::Sampled(&map.depth, &compare),
+                            Binding::Input(&gbuffer.back_normal),
+                            exits,
                         ];
                         shared.into_iter().chain(own.iter().copied()).collect()
                     })
@@ -132,6 +151,7 @@ impl ShadePass {
                         part.counts[0],
                         part.counts[1],
                         part.counts[2],
+                        part.march.map_or(0, |march| march.steps),
                     ],
                 };
                 Ok(Part {
@@ -145,7 +165,7 @@ impl ShadePass {
             parts,
             height: gbuffer.depth.size()[1],
             _blue_noise: blue_noise,
-            _samplers: [nearest, bilinear, compare],
+            _samplers: [nearest, bilinear, compare, none_lit],
         })
     }
 
@@ -162,18 +182,64 @@ impl ShadePass {
 /// The shader of a part.
 fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
     use shaders as s;
+    let exits = part.march.map(|march| march.exits);
+    macro_rules! variant {
+        ($plain:ident, $single:ident, $depth:ident) => {
+            match exits {
+                None => &s::$plain,
+                Some(Exits::Linear | Exits::Nearest) => &s::$single,
+                Some(Exits::Depth) => &s::$depth,
+            }
+        };
+    }
     let fourth = part.counts[1] > 0;
     match (part.method, filter) {
         // `exact` adds its term in a compute pass of its own.
-        (Multiple::None | Multiple::Exact, _) => &s::SHADE_FRAG_NONE,
-        (Multiple::Brdf, _) => &s::SHADE_FRAG_BRDF,
-        (Multiple::Samples(_), _) => &s::SHADE_FRAG_SAMPLES,
-        (Multiple::Rings(_), Filter::Linear) => &s::SHADE_FRAG_RINGS,
-        (Multiple::Rings(_), Filter::Texels) => &s::SHADE_FRAG_RINGS_NEAREST,
-        (Multiple::Mixture(_), Filter::Linear) if !fourth => &s::SHADE_FRAG_MIXTURE,
-        (Multiple::Mixture(_), Filter::Linear) => &s::SHADE_FRAG_MIXTURE_FOURTH,
-        (Multiple::Mixture(_), Filter::Texels) if !fourth => &s::SHADE_FRAG_MIXTURE_NEAREST,
-        (Multiple::Mixture(_), Filter::Texels) => &s::SHADE_FRAG_MIXTURE_NEAREST_FOURTH,
+        (Multiple::None | Multiple::Exact, _) => variant!(
+            SHADE_FRAG_NONE,
+            SHADE_FRAG_NONE_SINGLE,
+            SHADE_FRAG_NONE_SINGLE_DEPTH
+        ),
+        (Multiple::Brdf, _) => variant!(
+            SHADE_FRAG_BRDF,
+            SHADE_FRAG_BRDF_SINGLE,
+            SHADE_FRAG_BRDF_SINGLE_DEPTH
+        ),
+        (Multiple::Samples(_), _) => variant!(
+            SHADE_FRAG_SAMPLES,
+            SHADE_FRAG_SAMPLES_SINGLE,
+            SHADE_FRAG_SAMPLES_SINGLE_DEPTH
+        ),
+        (Multiple::Rings(_), Filter::Linear) => variant!(
+            SHADE_FRAG_RINGS,
+            SHADE_FRAG_RINGS_SINGLE,
+            SHADE_FRAG_RINGS_SINGLE_DEPTH
+        ),
+        (Multiple::Rings(_), Filter::Texels) => variant!(
+            SHADE_FRAG_RINGS_NEAREST,
+            SHADE_FRAG_RINGS_NEAREST_SINGLE,
+            SHADE_FRAG_RINGS_NEAREST_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Linear) if !fourth => variant!(
+            SHADE_FRAG_MIXTURE,
+            SHADE_FRAG_MIXTURE_SINGLE,
+            SHADE_FRAG_MIXTURE_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Linear) => variant!(
+            SHADE_FRAG_MIXTURE_FOURTH,
+            SHADE_FRAG_MIXTURE_FOURTH_SINGLE,
+            SHADE_FRAG_MIXTURE_FOURTH_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Texels) if !fourth => variant!(
+            SHADE_FRAG_MIXTURE_NEAREST,
+            SHADE_FRAG_MIXTURE_NEAREST_SINGLE,
+            SHADE_FRAG_MIXTURE_NEAREST_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Texels) => variant!(
+            SHADE_FRAG_MIXTURE_NEAREST_FOURTH,
+            SHADE_FRAG_MIXTURE_NEAREST_FOURTH_SINGLE,
+            SHADE_FRAG_MIXTURE_NEAREST_FOURTH_SINGLE_DEPTH
+        ),
     }
 }
 

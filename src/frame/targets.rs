@@ -173,6 +173,8 @@ impl Boxes {
 pub struct GBuffer {
     /// D32 depth of the nearest back face: where the view ray first leaves the object.
     pub back: Image,
+    /// Octahedral normal of that face, turned to the viewer, 16 bits a component.
+    pub back_normal: Image,
     /// D32 depth of the nearest surface; 1 where there is none.
     pub depth: Image,
     /// Octahedral shading normal, 16 bits a component.
@@ -211,6 +213,7 @@ impl GBuffer {
                 Format::D32_SFLOAT,
                 U::DEPTH_STENCIL_ATTACHMENT,
             )?,
+            back_normal: image("back normal", normal, U::COLOR_ATTACHMENT)?,
             normal: image("view normal", normal, U::COLOR_ATTACHMENT)?,
         })
     }

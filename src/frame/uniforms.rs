@@ -4,6 +4,7 @@ use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::optics::Dipole;
+use crate::optics::single::{self, PathFit, edge_variance};
 use crate::scene::plan::LEVELS_MAX;
 use crate::scene::pyramid::Atlas;
 use crate::scene::{LightFrame, Plan, Taps, View};
@@ -57,6 +58,15 @@ pub struct Uniforms {
     pub sequence: [f32; 4],
     /// Linear rgb; w: 1 where it is put behind the picture.
     pub background: [f32; 4],
+    /// Scattering coefficient, not reduced, per channel.
+    pub sigma_s: [f32; 4],
+    /// Extinction per channel; w: mean cosine g of the phase function.
+    pub sigma_t: [f32; 4],
+    /// Coefficients of [`PathFit`].
+    pub path: [f32; 4],
+    /// First step and deepest sample of the march, mm; transmittance at normal incidence; variance from which depths
+    /// under a tap are those of two surfaces, over the half depth range squared.
+    pub march: [f32; 4],
     /// What the mixture taps.
     pub levels: LevelTable,
 }
@@ -115,6 +125,9 @@ impl Uniforms {
         let totals = DVec3::from_array(dipoles.map(|d| d.total()));
         let dipoles = dipoles.map(|d| d.resolved(light.texel));
         let rgb = |f: fn(&Dipole) -> f64| DVec3::from_array([0, 1, 2].map(|c| f(&dipoles[c])));
+        let sigma_s = material.unreduced_sigma_s();
+        let sigma_t = sigma_s + material.sigma_a;
+        let path = PathFit::new(material.eta);
         let background = plan
             .background
             .map_or([0.0; 4], |b| vec4(DVec3::from_array(b), 1.0));
@@ -152,6 +165,15 @@ impl Uniforms {
             r_tot: vec4(totals, 0.0),
             sequence: vec4(sequence.extend(1.0 / (f64::from(done) + 1.0)), 0.0),
             background,
+            sigma_s: vec4(sigma_s, 0.0),
+            sigma_t: vec4(sigma_t, material.g),
+            path: path.c.map(|c| c as f32),
+            march: [
+                (single::FIRST_STEP / sigma_t.max_element()) as f32,
+                (single::LAST_STEP / sigma_t.min_element()) as f32,
+                path.normal as f32,
+                edge_variance(light.texel / light.z_half) as f32,
+            ],
             levels: *levels,
         }
     }

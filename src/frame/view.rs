@@ -14,7 +14,7 @@ use crate::gpu::{
     barrier,
 };
 
-/// Subpass that draws the depth of the nearest back faces.
+/// Subpass that draws depth and normal of the nearest back faces.
 const BACK: u32 = 0;
 /// Subpass that draws depth and normal.
 const VIEW: u32 = 1;
@@ -52,6 +52,12 @@ pub fn render_pass(
     };
     let attachments = [
         attachment(&gbuffer.back, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
+        attachment(
+            &gbuffer.back_normal,
+            store_gbuffer,
+            ATTACH_COLOR,
+            READ_COLOR,
+        ),
         attachment(&gbuffer.depth, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
         attachment(&gbuffer.normal, store_gbuffer, ATTACH_COLOR, READ_COLOR),
         attachment(
@@ -63,24 +69,28 @@ pub fn render_pass(
     ];
     let refer = |attachment, layout| vk::AttachmentReference { attachment, layout };
     let back = refer(0, ATTACH_DEPTH);
-    let depth = refer(1, ATTACH_DEPTH);
-    let depth_again = refer(1, READ_DEPTH);
-    let normal = [refer(2, ATTACH_COLOR)];
-    let radiance = [refer(3, ATTACH_COLOR)];
+    let back_normal = [refer(1, ATTACH_COLOR)];
+    let depth = refer(2, ATTACH_DEPTH);
+    let depth_again = refer(2, READ_DEPTH);
+    let normal = [refer(3, ATTACH_COLOR)];
+    let radiance = [refer(4, ATTACH_COLOR)];
     // In the order of shade.frag's input_attachment_index.
     let inputs = [
-        refer(1, READ_DEPTH),
-        refer(2, READ_COLOR),
+        refer(2, READ_DEPTH),
+        refer(3, READ_COLOR),
         refer(0, READ_DEPTH),
+        refer(1, READ_COLOR),
     ];
     let graphics =
         vk::SubpassDescription::default().pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS);
     let subpasses = [
-        graphics.depth_stencil_attachment(&back),
+        graphics
+            .color_attachments(&back_normal)
+            .depth_stencil_attachment(&back),
         graphics
             .color_attachments(&normal)
             .depth_stencil_attachment(&depth)
-            .preserve_attachments(&[0]),
+            .preserve_attachments(&[0, 1]),
         graphics
             .color_attachments(&radiance)
             .depth_stencil_attachment(&depth_again)
@@ -90,12 +100,12 @@ pub fn render_pass(
     use vk::{AccessFlags as A, PipelineStageFlags as S};
     let tests = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS;
     let dependencies = [
-        // RAW: single scattering reads the back faces' depth at its own pixel.
+        // RAW: single scattering reads the back faces' depth and normal at its own pixel.
         vk::SubpassDependency::default()
             .src_subpass(BACK)
             .dst_subpass(SHADE)
-            .src_stage_mask(tests)
-            .src_access_mask(A::DEPTH_STENCIL_ATTACHMENT_WRITE)
+            .src_stage_mask(tests | S::COLOR_ATTACHMENT_OUTPUT)
+            .src_access_mask(A::DEPTH_STENCIL_ATTACHMENT_WRITE | A::COLOR_ATTACHMENT_WRITE)
             .dst_stage_mask(S::FRAGMENT_SHADER)
             .dst_access_mask(A::INPUT_ATTACHMENT_READ)
             .dependency_flags(vk::DependencyFlags::BY_REGION),
@@ -118,6 +128,7 @@ pub fn render_pass(
         .dependencies(&dependencies);
     let images = [
         &gbuffer.back,
+        &gbuffer.back_normal,
         &gbuffer.depth,
         &gbuffer.normal,
         &canvas.radiance,
@@ -126,7 +137,7 @@ pub fn render_pass(
 }
 
 /// What the attachments are cleared to, in their order: no surface, no radiance.
-pub fn clear_values() -> [vk::ClearValue; 4] {
+pub fn clear_values() -> [vk::ClearValue; 5] {
     let far = vk::ClearValue {
         depth_stencil: vk::ClearDepthStencilValue {
             depth: 1.0,
@@ -136,7 +147,7 @@ pub fn clear_values() -> [vk::ClearValue; 4] {
     let zero = vk::ClearValue {
         color: vk::ClearColorValue { float32: [0.0; 4] },
     };
-    [far, far, zero, zero]
+    [far, zero, far, zero, zero]
 }
 
 /// The draws of the first two subpasses.
@@ -165,9 +176,7 @@ impl ViewPass {
             constants: &[],
         };
         let back = GraphicsDesc {
-            fragment: None,
             cull: vk::CullModeFlags::FRONT,
-            colors: 0,
             subpass: BACK,
             ..front
         };
@@ -178,7 +187,7 @@ impl ViewPass {
         })
     }
 
-    /// Draws the depth of the nearest back faces, in the first subpass.
+    /// Draws depth and normal of the nearest back faces, in the first subpass.
     pub fn record_back(&self, commands: vk::CommandBuffer, slot: usize, geometry: &Geometry) {
         self.back.bind(commands, &self.sets, slot);
         geometry.draw(commands);

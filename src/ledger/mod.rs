@@ -4,7 +4,7 @@
 //! attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
 //! writes with term [`TEXEL`]; neither counts as fetches of a pixel.
 
-use crate::scene::{Multiple, Plan};
+use crate::scene::{Exits, Multiple, Plan};
 
 /// The term of attachment reads.
 pub const INPUT: &str = "input";
@@ -40,7 +40,7 @@ impl Filter {
 pub struct Declared {
     /// The pass that reads.
     pub pass: &'static str,
-    /// The term it serves: "multiple", "other", [`INPUT`] or [`TEXEL`].
+    /// The term it serves: "multiple", "single", "other", [`INPUT`] or [`TEXEL`].
     pub term: &'static str,
     /// What is read, and how.
     pub what: &'static str,
@@ -87,6 +87,17 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
     ];
     if plan.specular || method == Multiple::Brdf {
         lines.push(line("shade", "other", "light depth, gather and compare", 1));
+    }
+    if let Some(march) = plan.march(method) {
+        lines.push(line("shade", INPUT, "back faces' depth", 1));
+        lines.push(line("shade", INPUT, "back faces' normal", 1));
+        let what = match march.exits {
+            Exits::Depth => "light depth, nearest",
+            Exits::Linear if filter == Filter::Linear => "light moments, bilinear",
+            // A device that cannot filter reads the nearest.
+            Exits::Linear | Exits::Nearest => "light moments, nearest",
+        };
+        lines.push(line("shade", "single", what, march.steps));
     }
     match method {
         Multiple::None | Multiple::Brdf => {}

@@ -6,6 +6,7 @@ pub mod dipole;
 pub mod fresnel;
 pub mod mixture;
 pub mod sampling;
+pub mod single;
 pub mod specular;
 
 pub use dipole::Dipole;

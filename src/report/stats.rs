@@ -82,6 +82,8 @@ pub struct Material {
     pub sigma_a: [f64; 3],
     /// Relative index.
     pub eta: f64,
+    /// Mean cosine of the phase function of light scattered once.
+    pub g: f64,
     /// GGX alpha.
     pub roughness: f64,
 }
@@ -121,6 +123,8 @@ pub struct Method {
     pub multiple: String,
     /// Method of the left half, if it differs.
     pub split: Option<String>,
+    /// Single scattering, such as `march(8)`.
+    pub single: String,
     /// Whether the specular reflection was added.
     pub specular: bool,
     /// Texels along a side of the light map.
@@ -208,6 +212,7 @@ impl Stats {
                     sigma_s: material.sigma_s.to_array(),
                     sigma_a: material.sigma_a.to_array(),
                     eta: material.eta,
+                    g: material.g,
                     roughness: material.roughness,
                 },
                 light: Light {
@@ -227,6 +232,7 @@ impl Stats {
                 size: plan.size,
                 multiple: plan.multiple.to_string(),
                 split: plan.split.map(|method| method.to_string()),
+                single: plan.single.to_string(),
                 specular: plan.specular,
                 light_map: plan.light_map,
                 frames_averaged: plan.frames_averaged,

@@ -44,6 +44,13 @@ pub const SAMPLES: u32 = 30;
 /// How many rings has the method `rings`? Eight squares of doubling size, 1 to 128 texels wide.
 pub const RINGS: u32 = 8;
 
+/// How many samples has the march of single scattering? Eight are the knee of error against fetches.
+pub const SINGLE: u32 = 8;
+
+/// Does light scattered once go on or turn? As often the one as the other, with coefficients that are
+/// already reduced by the mean cosine.
+pub const G: f64 = 0.0;
+
 /// How many moments of depth does the method `mixture` read? Three are one texture, a fetch a level.
 pub const MOMENTS: u32 = 3;
 

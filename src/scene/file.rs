@@ -3,8 +3,8 @@
 
 use super::bundled::{self, Bundled};
 use super::{
-    Error, Jitter, Light, Material, MeshSource, Method, Mixture, Request, Viewpoint, bytes, color,
-    defaults, limits, names,
+    Error, Exits, Jitter, Light, March, Material, MeshSource, Method, Mixture, Request, Single,
+    Viewpoint, bytes, color, defaults, limits, names,
 };
 use glam::DVec3;
 use std::path::Path;
@@ -23,7 +23,7 @@ const TOP: [&str; 10] = [
     "method",
     "name",
 ];
-const MATERIAL: [&str; 5] = ["preset", "sigma_s", "sigma_a", "eta", "roughness"];
+const MATERIAL: [&str; 6] = ["preset", "sigma_s", "sigma_a", "eta", "g", "roughness"];
 const LIGHT: [&str; 4] = ["azimuth", "elevation", "irradiance", "color"];
 const CAMERA: [&str; 7] = [
     "azimuth",
@@ -34,7 +34,7 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 13] = [
+const METHOD: [&str; 15] = [
     "multiple",
     "samples",
     "rings",
@@ -43,6 +43,8 @@ const METHOD: [&str; 13] = [
     "fourth_levels",
     "level_step",
     "weights",
+    "single",
+    "exits",
     "specular",
     "light_map",
     "frames_averaged",
@@ -202,6 +204,8 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
         |f| f.named(Mixture::weights),
         |v| request.weights = v,
     )?;
+    section.read("single", Field::single, |v| request.single = v)?;
+    section.read("exits", |f| f.named(Exits::named), |v| request.exits = v)?;
     section.read(
         "light_map",
         |f| f.whole(limits::light_map),
@@ -382,6 +386,23 @@ impl<'a> Field<'a> {
             .ok_or_else(|| self.must_be("true or false"))
     }
 
+    fn single(&self) -> Result<Single, Error> {
+        match self.value.get_ref() {
+            DeValue::String(text) => match text.as_ref() {
+                "off" => Ok(Single::Off),
+                "traced" => Ok(Single::Traced),
+                _ => Err(self.must_be("a whole number, \"off\" or \"traced\"")),
+            },
+            DeValue::Integer(_) => self.whole(limits::steps).map(|steps| {
+                Single::March(March {
+                    steps,
+                    exits: Exits::Linear,
+                })
+            }),
+            _ => Err(self.must_be("a whole number, \"off\" or \"traced\"")),
+        }
+    }
+
     fn text(&self) -> Result<&'a str, Error> {
         match self.value.get_ref() {
             DeValue::String(text) => Ok(text),
@@ -478,8 +499,9 @@ impl<'a> Field<'a> {
         let sigma_s = section.value("sigma_s", |f| f.vector(limits::sigma_s))?;
         let sigma_a = section.value("sigma_a", |f| f.vector(limits::sigma_a))?;
         let eta = section.value("eta", |f| f.number(limits::eta))?;
+        let g = section.value("g", |f| f.number(limits::g))?;
         let roughness = section.value("roughness", |f| f.number(limits::roughness))?;
-        let overridden = sigma_s.is_some() || sigma_a.is_some() || eta.is_some();
+        let overridden = sigma_s.is_some() || sigma_a.is_some() || eta.is_some() || g.is_some();
         let base = match (preset, sigma_s, sigma_a) {
             (Some(preset), ..) => preset,
             (None, Some(sigma_s), Some(sigma_a)) => Material {
@@ -487,6 +509,7 @@ impl<'a> Field<'a> {
                 sigma_s,
                 sigma_a,
                 eta: defaults::ETA,
+                g: defaults::G,
                 roughness: defaults::ROUGHNESS,
             },
             (None, ..) => {
@@ -502,6 +525,7 @@ impl<'a> Field<'a> {
             sigma_s: sigma_s.unwrap_or(base.sigma_s),
             sigma_a: sigma_a.unwrap_or(base.sigma_a),
             eta: eta.unwrap_or(base.eta),
+            g: g.unwrap_or(base.g),
             roughness: roughness.unwrap_or(base.roughness),
         })
     }

@@ -12,6 +12,8 @@ pub const SIDE: std::ops::RangeInclusive<u32> = 1..=16384;
 pub const SAMPLES: std::ops::RangeInclusive<u32> = 1..=256;
 /// Rings of the method `rings`.
 pub const RINGS: std::ops::RangeInclusive<u32> = 1..=14;
+/// Samples of the march of single scattering.
+pub const STEPS: std::ops::RangeInclusive<u32> = 1..=64;
 /// Moments of depth that the mixture reads.
 pub const MOMENTS: std::ops::RangeInclusive<u32> = 3..=4;
 /// Levels of a pyramid, by number.
@@ -86,6 +88,14 @@ pub fn samples(value: i64) -> Result<u32, String> {
 /// The phrase that names the range.
 pub fn rings(value: i64) -> Result<u32, String> {
     whole(value, &RINGS)
+}
+
+/// Samples of the march, in [`STEPS`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn steps(value: i64) -> Result<u32, String> {
+    whole(value, &STEPS)
 }
 
 /// Moments, in [`MOMENTS`].
@@ -198,6 +208,14 @@ pub fn fov(value: f64) -> Result<f64, String> {
 /// The phrase that names the range.
 pub fn eta(value: f64) -> Result<f64, String> {
     number(value, (1.0..=3.0).contains(&value), "from 1 to 3")
+}
+
+/// Mean cosine of the phase function in [-0.95, 0.95]: beyond, the march's steps miss the peak.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn g(value: f64) -> Result<f64, String> {
+    number(value, (-0.95..=0.95).contains(&value), "from -0.95 to 0.95")
 }
 
 /// GGX roughness alpha in (0.01, 1].

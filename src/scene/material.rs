@@ -15,6 +15,11 @@ pub struct Material {
     pub sigma_a: DVec3,
     /// Relative index of refraction eta of the medium.
     pub eta: f64,
+    /// Mean cosine g of the phase function that light scattered once follows, in (-1, 1).
+    ///
+    /// The coefficients above are reduced by it: sigma_s' = (1 - g) sigma_s. What is scattered many
+    /// times knows sigma_s' alone.
+    pub g: f64,
     /// GGX roughness alpha of the boundary's specular lobe, in (0, 1].
     pub roughness: f64,
 }
@@ -23,6 +28,12 @@ impl Material {
     /// The diffusion profile of each channel.
     pub fn dipoles(&self) -> [Dipole; 3] {
         [0, 1, 2].map(|c| Dipole::new(self.sigma_s[c], self.sigma_a[c], self.eta))
+    }
+
+    /// Scattering coefficient sigma_s = sigma_s' / (1 - g) per channel, mm^-1: what light meets before it
+    /// is scattered for the first time.
+    pub fn unreduced_sigma_s(&self) -> DVec3 {
+        self.sigma_s / (1.0 - self.g)
     }
 
     /// Checks every coefficient against [`limits`].
@@ -36,6 +47,7 @@ impl Material {
         named("sigma_s", limits::sigma_s(self.sigma_s).map(drop))?;
         named("sigma_a", limits::sigma_a(self.sigma_a).map(drop))?;
         named("eta", limits::eta(self.eta).map(drop))?;
+        named("g", limits::g(self.g).map(drop))?;
         named("roughness", limits::roughness(self.roughness).map(drop))
     }
 }

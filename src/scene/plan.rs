@@ -1,6 +1,6 @@
 //! The plan: how a scene is rendered, validated once, before anything runs.
 
-use super::{LightFrame, Scene, names};
+use super::{LightFrame, Scene, View, names};
 use crate::optics::Dipole;
 use crate::optics::mixture::{Fit, Levels, weights};
 use glam::{DVec2, DVec3};
@@ -76,6 +76,67 @@ impl Mixture {
     }
 }
 
+/// How light that is scattered once is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Single {
+    /// Not at all.
+    Off,
+    /// By the march along the refracted view ray.
+    March(March),
+    /// By ray casting on the mesh, on the CPU: the reference.
+    Traced,
+}
+
+/// The march of single scattering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct March {
+    /// Samples along the refracted view ray, each one fetch.
+    pub steps: u32,
+    /// How each finds the lit surface.
+    pub exits: Exits,
+}
+
+/// What tells how far a point inside is from the lit surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exits {
+    /// A bilinear tap of the light moments: mean depth and, across an edge, two depths.
+    Linear,
+    /// The nearest texel of the light moments.
+    Nearest,
+    /// The nearest texel of the light's depth buffer, which knows nothing of the surface's angle.
+    Depth,
+}
+
+impl Exits {
+    /// The names by which they are asked for.
+    pub const NAMES: [&'static str; 3] = ["linear", "nearest", "depth"];
+
+    /// The way called `name`.
+    ///
+    /// # Errors
+    /// A phrase that suggests the nearest name, or lists them all.
+    pub fn named(name: &str) -> Result<Exits, String> {
+        match name {
+            "linear" => Ok(Exits::Linear),
+            "nearest" => Ok(Exits::Nearest),
+            "depth" => Ok(Exits::Depth),
+            _ => Err(format!(
+                "unknown way to exits \"{name}\"; {}",
+                names::remedy(name, &Exits::NAMES)
+            )),
+        }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Exits::Linear => "linear",
+            Exits::Nearest => "nearest",
+            Exits::Depth => "depth",
+        }
+    }
+}
+
 /// What moves from one averaged frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Jitter {
@@ -98,6 +159,9 @@ pub struct Plan {
     pub multiple: Multiple,
     /// The method of the left half.
     pub split: Option<Multiple>,
+    /// Light scattered once. Where the method is [`Multiple::Brdf`], which knows no transport, there is
+    /// none.
+    pub single: Single,
     /// Whether the specular reflection at the boundary is added.
     pub specular: bool,
     /// Texels along a side of the light map, in [16, 8192].
@@ -203,6 +267,44 @@ impl Plan {
         )
     }
 
+    /// [`Plan::light_frame`], given as `frame`, as averaged frame `index` shifts it.
+    pub fn light_frame_at(&self, frame: &LightFrame, index: u32) -> LightFrame {
+        let mut frame = frame.clone();
+        frame.origin += self.offsets(index)[1] * frame.texel;
+        frame
+    }
+
+    /// What the camera sees in averaged frame `index`, relative to the mesh's `center`; `radius` is that of
+    /// the mesh around it.
+    pub fn view_at(&self, center: DVec3, radius: f64, index: u32) -> View {
+        let mut camera = self.scene.camera.clone();
+        camera.eye -= center;
+        camera.target -= center;
+        let [width, height] = self.size;
+        camera.view(width, height, DVec3::ZERO, radius, self.offsets(index)[0])
+    }
+
+    /// Sub-pixel offset of the camera and sub-texel offset of the light map in frame `index`,
+    /// each in [-1/2, 1/2)^2 and 0 in frame 0: Roberts's sequence in four dimensions, so that
+    /// the two are not in step.
+    fn offsets(&self, index: u32) -> [DVec2; 2] {
+        // The positive root of x^5 = x + 1.
+        const PHI_4: f64 = 1.167_303_978_261_418_7;
+        if self.jitter != Jitter::All {
+            return [DVec2::ZERO; 2];
+        }
+        let at = |k: i32| (0.5 + f64::from(index) * PHI_4.powi(-k)).fract() - 0.5;
+        [DVec2::new(at(1), at(2)), DVec2::new(at(3), at(4))]
+    }
+
+    /// The march that light scattered once takes where the method is `multiple`, if it does.
+    pub fn march(&self, multiple: Multiple) -> Option<March> {
+        match self.single {
+            Single::March(march) if multiple != Multiple::Brdf => Some(march),
+            _ => None,
+        }
+    }
+
     /// The profiles of the three channels as texels of side `texel` (mm) resolve them.
     pub fn dipoles(&self, texel: f64) -> [Dipole; 3] {
         self.scene.material.dipoles().map(|d| d.resolved(texel))
@@ -293,6 +395,19 @@ impl fmt::Display for Multiple {
             Multiple::Rings(count) => write!(f, "rings({count})"),
             Multiple::Mixture(mixture) => mixture.fmt(f),
             Multiple::Exact => f.write_str("exact"),
+        }
+    }
+}
+
+impl fmt::Display for Single {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Single::Off => f.write_str("off"),
+            Single::March(March { steps, exits }) => match exits {
+                Exits::Linear => write!(f, "march({steps})"),
+                exits => write!(f, "march({steps}, {})", exits.name()),
+            },
+            Single::Traced => f.write_str("traced"),
         }
     }
 }

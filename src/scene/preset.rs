@@ -78,6 +78,7 @@ impl Row {
             sigma_s: DVec3::from_array(self.sigma_s),
             sigma_a: DVec3::from_array(self.sigma_a),
             eta: self.eta,
+            g: defaults::G,
             roughness: defaults::ROUGHNESS,
         }
     }

@@ -2,8 +2,8 @@
 
 use super::bundled::{self, Bundled};
 use super::{
-    Error, Fourth, Jitter, Light, Material, Mesh, Method, Mixture, Multiple, Plan, Scene,
-    Viewpoint, defaults, file, limits, names, obj,
+    Error, Exits, Fourth, Jitter, Light, March, Material, Mesh, Method, Mixture, Multiple, Plan,
+    Scene, Single, Viewpoint, defaults, file, limits, names, obj,
 };
 use crate::optics::mixture::Fit;
 use glam::DVec3;
@@ -59,6 +59,10 @@ pub struct Request {
     pub level_step: u32,
     /// Where the weights of the mixture come from.
     pub weights: Fit,
+    /// How light that is scattered once is computed.
+    pub single: Single,
+    /// How the march of single scattering finds the lit surface.
+    pub exits: Exits,
     /// Whether the specular reflection is added.
     pub specular: bool,
     /// Texels along a side of the light map.
@@ -95,6 +99,7 @@ impl Request {
             sigma_s: DVec3::ONE,
             sigma_a: DVec3::ZERO,
             eta: defaults::ETA,
+            g: defaults::G,
             roughness: defaults::ROUGHNESS,
         });
         Request {
@@ -120,6 +125,11 @@ impl Request {
             fourth_levels: None,
             level_step: 1,
             weights: Fit::Best,
+            single: Single::March(March {
+                steps: defaults::SINGLE,
+                exits: Exits::Linear,
+            }),
+            exits: Exits::Linear,
             specular: true,
             light_map: defaults::LIGHT_MAP,
             frames_averaged: defaults::FRAMES_AVERAGED,
@@ -202,6 +212,9 @@ impl Request {
             "level_step",
             limits::level_step(self.level_step.into()).map(drop),
         )?;
+        if let Single::March(march) = self.single {
+            check("single", limits::steps(march.steps.into()).map(drop))?;
+        }
         check(
             "light_map",
             limits::light_map(self.light_map.into()).map(drop),
@@ -242,6 +255,13 @@ impl Request {
             size: self.size,
             multiple: self.with_parameters(self.multiple),
             split: self.split.map(|method| self.with_parameters(method)),
+            single: match self.single {
+                Single::March(march) => Single::March(March {
+                    exits: self.exits,
+                    ..march
+                }),
+                other => other,
+            },
             specular: self.specular,
             light_map: self.light_map,
             frames_averaged: self.frames_averaged,

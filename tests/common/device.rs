@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use marmor::cpu::{GBuffer, LightMap};
 use marmor::frame::{Options, Renderer, Target, open_device};
 use marmor::gpu::Device;
-use marmor::scene::{Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scene};
+use marmor::scene::{Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scene, Single};
 
 /// One GPU test at a time: the device is shared, and two cores are few.
 static TURN: Mutex<()> = Mutex::new(());
@@ -116,6 +116,7 @@ pub fn plan(
         size,
         multiple,
         split: None,
+        single: Single::Off,
         specular: false,
         light_map: 128,
         frames_averaged: 1,
@@ -170,14 +171,28 @@ pub fn gbuffer(renderer: &mut Renderer, size: [u32; 2]) -> GBuffer {
             }
         })
         .collect();
+    let back_depth: Vec<f64> = read(renderer, Target::BackDepth)
+        .iter()
+        .map(|d| f64::from(d[0]))
+        .collect();
+    // Stored as seen, against what is outward of a back face.
+    let back_normal = read(renderer, Target::BackNormal)
+        .iter()
+        .zip(&back_depth)
+        .map(|(e, &d)| {
+            if d < 1.0 {
+                -decode(DVec2::new(e[0].into(), e[1].into()))
+            } else {
+                DVec3::ZERO
+            }
+        })
+        .collect();
     GBuffer {
         width: size[0] as usize,
         height: size[1] as usize,
         normal,
-        back_depth: read(renderer, Target::BackDepth)
-            .iter()
-            .map(|d| f64::from(d[0]))
-            .collect(),
+        back_normal,
+        back_depth,
         depth,
     }
 }

@@ -27,6 +27,7 @@ impl Medium {
             sigma_s: DVec3::from_array(self.sigma_s),
             sigma_a: DVec3::from_array(self.sigma_a),
             eta: self.eta,
+            g: 0.0,
             roughness: 0.3,
         }
     }

@@ -28,6 +28,19 @@ pub fn plane(center: DVec3, a: DVec3, b: DVec3) -> Mesh {
     mesh(positions, normals, vec![[0, 1, 2], [0, 2, 3]])
 }
 
+/// The box of half the sides `half` around the origin, with the normals of its faces.
+pub fn cuboid(half: DVec3) -> Mesh {
+    let faces = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|n| {
+        // a x b = n, and (-a) x b = -n.
+        let (a, b) = (
+            DVec3::new(n.z, n.x, n.y) * half,
+            DVec3::new(n.y, n.z, n.x) * half,
+        );
+        [plane(n * half, a, b), plane(-n * half, -a, b)]
+    });
+    faces.fold(mesh(Vec::new(), Vec::new(), Vec::new()), joined)
+}
+
 /// Disc around the origin, whose normal is +Z, `sides` triangles.
 pub fn disc(radius: f64, sides: u32) -> Mesh {
     let rim = (0..sides).map(|k| {

@@ -4,6 +4,7 @@ mod mixture;
 mod multiple;
 mod rings;
 mod shadow;
+mod single;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -12,13 +13,15 @@ pub use mixture::{Spread, Tap, mixture, two_gaussians};
 pub use multiple::{TECHNIQUES, brdf, exact, samples, samples_shifted};
 pub use rings::rings;
 pub use shadow::visibility;
+pub use single::{Medium, exit_length, single};
 
 use crate::cpu::boxes::boxes;
 use crate::cpu::reduce::{self, pyramid};
 use crate::cpu::{GBuffer, LightMap};
 use crate::optics::sampling::{blue_noise, r2};
+use crate::optics::single::PathFit;
 use crate::optics::{Dipole, fresnel, specular as microfacet};
-use crate::scene::{Light, Material, Mixture, Multiple, Taps, View};
+use crate::scene::{Light, March, Material, Mixture, Multiple, Taps, View};
 
 /// Texels along a side of the tile of blue noise.
 pub const NOISE_SIZE: usize = 64;
@@ -39,6 +42,8 @@ pub struct Receiver {
     pub wo: DVec3,
     /// Column and row of the pixel that sees it.
     pub pixel: [u32; 2],
+    /// Position (mm) and outward unit normal of the nearest back face that the pixel sees behind it.
+    pub back: Option<(DVec3, DVec3)>,
 }
 
 /// What every pixel is shaded with.
@@ -64,6 +69,8 @@ pub struct Shading<'a> {
     pub taps: Vec<Tap>,
     /// [`Taps::kept`] of them.
     pub kept: f64,
+    /// The medium as single scattering has it.
+    pub medium: Medium,
     /// Levels that the method `rings` reads, from level 0: means of (w, w z, w z^2, w z^3).
     pub boxes: Vec<reduce::Level<4>>,
 }
@@ -92,6 +99,12 @@ impl<'a> Shading<'a> {
             frame,
             taps: Vec::new(),
             kept: 0.0,
+            medium: Medium {
+                sigma_s: material.unreduced_sigma_s(),
+                sigma_t: material.unreduced_sigma_s() + material.sigma_a,
+                g: material.g,
+                path: PathFit::new(material.eta),
+            },
             boxes: Vec::new(),
         }
     }
@@ -179,22 +192,25 @@ pub fn exitance(shading: &Shading, receiver: &Receiver, multiple: Multiple) -> D
     }
 }
 
-/// Radiance towards the viewer: the specular reflection if asked for, and Ft(n . wo) / pi times
-/// [`exitance`].
+/// Radiance towards the viewer: the specular reflection if asked for, single scattering by `march` if
+/// there is one, and Ft(n . wo) / pi times [`exitance`].
 pub fn radiance(
     shading: &Shading,
     receiver: &Receiver,
     multiple: Multiple,
+    march: Option<March>,
     with_specular: bool,
 ) -> DVec3 {
     let cos_out = receiver.n.dot(receiver.wo).max(MIN_COS_OUT);
     let leaving = fresnel::transmittance(cos_out, shading.eta);
-    let scattered = exitance(shading, receiver, multiple) * (leaving * std::f64::consts::FRAC_1_PI);
-    if with_specular {
-        specular(shading, receiver) + scattered
-    } else {
-        scattered
+    let mut sum = exitance(shading, receiver, multiple) * (leaving * std::f64::consts::FRAC_1_PI);
+    if let Some(march) = march {
+        sum += single(shading, receiver, march);
     }
+    if with_specular {
+        sum += specular(shading, receiver);
+    }
+    sum
 }
 
 /// The point that pixel `index` (row-major) of `gbuffer` sees through `view`, or none.
@@ -204,12 +220,17 @@ pub fn receiver(gbuffer: &GBuffer, view: &View, index: usize) -> Option<Receiver
         return None;
     }
     let (x, y) = (index % gbuffer.width, index / gbuffer.width);
-    let p = view.position(DVec2::new(x as f64 + 0.5, y as f64 + 0.5), depth);
+    let at = |depth| view.position(DVec2::new(x as f64 + 0.5, y as f64 + 0.5), depth);
+    let p = at(depth);
+    // An open sheet seen from behind is its own back face, and no way out.
+    let back = gbuffer.back_depth[index];
+    let back = (back > depth && back < 1.0).then(|| (at(back), gbuffer.back_normal[index]));
     Some(Receiver {
         p,
         n: gbuffer.normal[index],
         wo: (view.eye - p).normalize(),
         pixel: [x as u32, y as u32],
+        back,
     })
 }
 
@@ -219,13 +240,14 @@ pub fn shade(
     view: &View,
     shading: &Shading,
     multiple: Multiple,
+    march: Option<March>,
     with_specular: bool,
 ) -> Vec<[f64; 4]> {
     (0..gbuffer.depth.len())
         .into_par_iter()
         .map(|index| {
             receiver(gbuffer, view, index).map_or([0.0; 4], |receiver| {
-                radiance(shading, &receiver, multiple, with_specular)
+                radiance(shading, &receiver, multiple, march, with_specular)
                     .extend(1.0)
                     .to_array()
             })
