@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Figure 1: the statue without (left half) and with subsurface scattering.
-# Sets the machine up, builds, renders out/figure1.png and says what it cost.
+# Figure 1: the statue without (left half) and with subsurface scattering, single and multiple.
+# Sets the machine up, builds, renders out/figure1.png and says what a frame of either method costs.
 #
 #   scripts/demo.sh [arguments for `marmor render`]
 set -euo pipefail
@@ -16,39 +16,59 @@ marmor_setup
 watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
 
 mkdir -p out
+marmor() {
+    cargo run --release --quiet ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} -- render \
+        --size 800x600 --light=-140,35 --exposure 2.5 --background '#15171c' "$@"
+}
 say "rendering $picture: 800x600, 192 frames averaged, about half a minute on 2 cores"
 status=0
-cargo run --release --quiet ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} -- \
-    render -o "$picture" --size 800x600 --split brdf --multiple samples --samples 30 \
-    --frames-averaged 192 \
-    --light=-140,35 --exposure 2.5 --background '#15171c' --stats "$stats" "$@" || status=$?
+marmor -o "$picture" --split brdf --multiple mixture --moments 4 --single 8 --frames-averaged 192 \
+    --stats "$stats" "$@" || status=$?
 if [ "$status" -eq 3 ]; then
     complain 'no usable Vulkan device. On Debian and Ubuntu, mesa-vulkan-drivers renders on the CPU;'
     complain 'what is there and what it lacks: cargo run --release -- devices'
 fi
 [ "$status" -eq 0 ] || exit "$status"
 
+# Each half's method on the whole picture, so that their frame times can be compared.
+say 'timing: both methods, 24 frames each'
+marmor -q -o out/left.png --multiple brdf --frames-averaged 24 --stats out/left.json
+marmor -q -o out/right.png --multiple mixture --moments 4 --single 8 --frames-averaged 24 --stats out/right.json
+
 # The one place that knows the keys of --stats.
-python3 - "$stats" <<'PYTHON'
+python3 - "$stats" out/left.json out/right.json <<'PYTHON'
 import json
 import sys
 
 
-def summary(stats):
-    yield "device", stats["device"]["name"]
-    passes = ", ".join(f"{p['pass']} {p['milliseconds']:.1f}" for p in stats["times"]["passes"])
-    yield "frame time", f"{stats['times']['wall']:.1f} ms ({passes})"
+def load(path):
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def frame_time(stats):
+    passes = ", ".join(f"{p['pass']} {p['milliseconds']:.1f}" for p in stats["times"]["passes"] if p["pass"] != "readback")
+    return f"{stats['times']['wall']:.1f} ms a frame ({passes})"
+
+
+def fetches(stats):
     terms = ", ".join(
         f"{term['per_pixel']} {term['what']}"
         for p in stats["fetches"]["passes"]
         for term in p["terms"]
-        if term["term"] != "input"
+        if term["term"] not in ("input", "texel")
     )
-    yield "fetches per pixel", f"{stats['fetches']['per_pixel']} ({terms})"
+    return f"{stats['fetches']['per_pixel']} ({terms})"
 
 
-with open(sys.argv[1], encoding="utf-8") as file:
-    for name, value in summary(json.load(file)):
-        print(f"{name + ':':<19} {value}")
+figure, left, right = map(load, sys.argv[1:])
+lines = [
+    ("device", figure["device"]["name"]),
+    ("opaque, left", frame_time(left)),
+    ("translucent, right", frame_time(right)),
+    ("fetches per pixel", fetches(right)),
+]
+for name, value in lines:
+    print(f"{name + ':':<19} {value}")
 PYTHON
 printf '%-19s %s\n' 'picture:' "$MARMOR_ROOT/$picture"

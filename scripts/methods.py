@@ -167,6 +167,8 @@ def picture(out, *sources):
 
 COLOURS = {"samples": "#1f6fb4", "rings": "#c43c39", "mixture-3": "#1b8a3a", "mixture-4": "#7b3fa0"}
 FAMILIES = {"samples": "samples", "rings": "rings", "mixture-3": "mixture, 3 moments", "mixture-4": "mixture, 4 moments"}
+# Whose points are joined.
+TRAILS = ("samples", "rings")
 
 
 def table(path):
@@ -364,7 +366,7 @@ def panel(title, points, frame, x_range, y_range, x_title, y_title):
     taken = [(x - 5, y - 5, x + 5, y + 5) for _, x, y, _ in placed]
     for family in COLOURS:
         trail = sorted((x, y) for f, x, y, _ in placed if f == family)
-        if family in ("samples", "rings") and len(trail) > 1:
+        if family in TRAILS and len(trail) > 1:
             path = " ".join(f"{x:.1f},{y:.1f}" for x, y in trail)
             svg.append(f'<polyline points="{path}" fill="none" stroke="{COLOURS[family]}" stroke-opacity="0.4"/>')
     for family, x, y, text in placed:

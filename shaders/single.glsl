@@ -220,10 +220,10 @@ vec3 single_scattering(vec3 p, float depth, vec3 n, vec3 wo) {
     // The tail, from the last sample to the exit: see optics/single.rs.
     float rest = exit - x;
     if (inside && rest > 0.0) {
-        vec3 least = exit < NO_EXIT ? min(vec3(0.5), vec3((rest - from.l) / rest)) : vec3(0.5);
-        vec3 m = max(slope, least * sigma_t);
-        // Light from behind may grow towards the exit, by more than float32 holds where next to none is left of it.
-        vec3 b = max(m * rest, -60.0);
+        vec3 least = 0.5 * sigma_t;
+        if (exit < NO_EXIT) least = min(least, sigma_t + log(max(from.arrives, 1e-37)) / rest);
+        vec3 m = max(slope, least);
+        vec3 b = m * rest;
         vec3 tail = mix((1.0 - exp2(-LOG2_E * b)) / m, rest * (1.0 - 0.5 * b), lessThan(abs(b), vec3(1e-3)));
         sum += from.w * kept * from.arrives * tail;
     }

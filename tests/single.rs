@@ -10,7 +10,9 @@ use glam::DVec3;
 use marmor::cpu::traced::{self, Tracer};
 use marmor::cpu::{light, shade, view};
 use marmor::optics::{fresnel, single};
-use marmor::scene::{Exits, Jitter, March, Material, Mesh, Multiple, Plan, Single};
+use marmor::scene::{
+    Exits, Jitter, March, Material, Mesh, Method, Multiple, Plan, Request, Single,
+};
 
 const LINEAR: March = March {
     steps: 8,
@@ -289,9 +291,9 @@ fn rims_and_terminators_have_no_seams() {
     assert!(worst < 0.05, "{worst} of the brightest pixel");
 }
 
-/// Whatever is asked for, no pixel is negative or not a number.
+/// Whatever is asked for, no pixel is negative, not a number, or brighter than light allows.
 #[test]
-fn energy_is_never_negative() {
+fn energy_is_neither_negative_nor_made() {
     let Some(device) = device::device() else {
         return;
     };
@@ -312,6 +314,11 @@ fn energy_is_never_negative() {
     let meshes = [
         shapes::bumpy(20.0, 4),
         plate(0.05),
+        // Edges at every depth before each other.
+        shapes::joined(
+            shapes::cuboid(DVec3::new(20.0, 1.0, 3.0)),
+            shapes::moved(&shapes::cuboid(DVec3::new(1.5, 20.0, 1.5)), DVec3::Z * 9.0),
+        ),
         shapes::joined(
             sheet,
             shapes::moved(&shapes::sphere(5.0, 3), DVec3::Z * 12.0),
@@ -336,10 +343,22 @@ fn energy_is_never_negative() {
                 );
                 plan.scene.material.g = g;
                 plan.single = Single::March(March { steps, exits });
+                // What enters is at most E0, and of what the view ray meets the albedo is scattered.
+                let sigma_s = plan.scene.material.unreduced_sigma_s();
+                let albedo = sigma_s / (sigma_s + plan.scene.material.sigma_a);
+                let peak = single::henyey_greenstein(g.signum(), g);
+                let most = plan.scene.light.perpendicular_irradiance() * albedo * peak * 1.0001;
                 for (pixel, [r, g, b, _]) in device::render(&device, &plan).iter().enumerate() {
                     assert!(
                         [r, g, b].iter().all(|x| x.is_finite() && **x >= 0.0),
                         "pixel {pixel}: {r} {g} {b}; {:?}, {}",
+                        plan.scene.material,
+                        plan.single
+                    );
+                    let radiance = DVec3::new((*r).into(), (*g).into(), (*b).into());
+                    assert!(
+                        radiance.cmple(most).all(),
+                        "pixel {pixel}: {radiance}, at most {most}; {:?}, {}",
                         plan.scene.material,
                         plan.single
                     );
@@ -417,6 +436,31 @@ fn the_phase_function_has_its_direction() {
                 (ratio / expected - 1.0).abs() < 1e-6,
                 "{azimuth}, {g}: {ratio}"
             );
+        }
+    }
+}
+
+/// Thousands of edges before each other at all depths: what arrives through any of them stays within what enters.
+#[test]
+fn no_edge_of_the_statue_makes_light() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for azimuth in [-140.0, 40.0] {
+        for steps in [2, 16] {
+            let mut request = Request::statue();
+            request.multiple = Method::None;
+            request.specular = false;
+            request.light.azimuth = azimuth;
+            request.single = Single::March(March { steps, ..LINEAR });
+            let plan = request.plan().expect("a plan");
+            let brightest = device::render(&device, &plan)
+                .iter()
+                .flat_map(|p| &p[..3])
+                .copied()
+                .fold(0.0, f32::max);
+            // E0 / 4 pi, and less.
+            assert!(brightest < 0.25, "lit from {azimuth}, {steps}: {brightest}");
         }
     }
 }

@@ -181,20 +181,18 @@ fn segment(sigma_t: DVec3, x: f64, dx: f64, from: &Above, to: &Above) -> DVec3 {
 /// The integral from the last sample at depth `x` along the ray to the exit.
 ///
 /// The exponent goes on as it did over the last segment. It rises at least by half of sigma_t, as it does
-/// in a half-space lit from any side, or, where the exit is near, by so much that the light's path is
-/// not negative there: a thin sheet lit from behind loses nothing along the view ray.
+/// in a half-space lit from any side, or, where the exit is near, by so much that no more arrives there
+/// than light without any path: a thin sheet lit from behind loses nothing along the view ray.
 fn tail(sigma_t: DVec3, x: f64, exit: f64, last: &Above, slope: DVec3) -> DVec3 {
     let channel = |c: usize| {
         let s = sigma_t[c];
         let rest = exit - x;
         let least = if rest.is_finite() {
-            (0.5 * s).min(s * (rest - last.l) / rest)
+            (0.5 * s).min(s + last.arrives[c].max(1e-37).ln() / rest)
         } else {
             0.5 * s
         };
-        // Light from behind may grow towards the exit, by more than float32 holds where next to none is
-        // left of it.
-        let m = slope[c].max(least).max(-60.0 / rest);
+        let m = slope[c].max(least);
         last.w * (-s * x).exp() * last.arrives[c] * single::tail(m, rest)
     };
     DVec3::from_array([0, 1, 2].map(channel))
