@@ -22,6 +22,7 @@ sphere           sphere       sphere.obj  40,35    -28,4   512
 sphere-side      sphere-side  sphere.obj  120,10   0,5     512
 disc-front       disc-front   disc.obj    40,35    0,0     512
 disc             disc         disc.obj    170,10   0,0     512
+disc-1024        disc         disc.obj    170,10   0,0     1024
 statue           statue       statue      40,35    -28,4   512
 statue-1024      statue       statue      40,35    -28,4   1024
 statue-front     statue-front statue      -28,20   -28,4   1024
@@ -54,11 +55,13 @@ quick_without='^(linear-(2|6|32)|nearest-4|nearest-16|depth-4|depth-16)$'
 
 # What must hold: plan, scenes, materials, and rr X or fetches N, as in scripts/methods.sh.
 bounds='
-linear-8  sphere,sphere-side,disc-front,disc  marble,skin1  rr 0.015
-linear-8  statue-1024                         marble,skin1  rr 0.04
-linear-8  all                                 ketchup       rr 0.05
-linear-8  all                                 all           fetches 8
-linear-16 statue-1024                         marble,skin1  rr 0.045
+linear-8  sphere,sphere-side,disc-front            marble,skin1  rr 0.015
+linear-8  disc,disc-1024                           marble,skin1  rr 0.015
+linear-8  statue-1024                              marble        rr 0.04
+linear-8  statue-1024                              skin1         rr 0.04
+linear-8  sphere,sphere-side,disc-front,disc       ketchup       rr 0.05
+linear-8  statue-1024                              ketchup       rr 0.05
+linear-8  all                                      all           fetches 8
 '
 
 run='full' folder=out/single

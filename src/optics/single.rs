@@ -9,11 +9,11 @@ use glam::DVec3;
 
 /// Thickness of the first step in mean free paths of the densest channel: how thin a layer below
 /// the surface must be resolved?
-pub const FIRST_STEP: f64 = 0.1;
+pub const FIRST_STEP: f64 = 0.15;
 
 /// Depth of the last step in mean free paths of the thinnest channel: what lies deeper is left to
 /// the closed form of the tail.
-pub const LAST_STEP: f64 = 3.0;
+pub const LAST_STEP: f64 = 4.0;
 
 /// Where the lit surface moves by more than this share of a step, it is not one surface: the
 /// segment then interpolates what arrives instead of how far away the surface is.
