@@ -182,8 +182,8 @@ fn the_mixture_declares_its_sites_times_its_trips() {
             let Multiple::Mixture(mixture) = plan.multiple else {
                 panic!("another method");
             };
-            let taps = plan.taps(mixture, plan.light_frame().texel);
-            let [levels, fourth] = taps.counts();
+            let taps = plan.taps(mixture, &plan.light_frame());
+            let [levels, fourth, _] = taps.counts();
             assert!((5..=9).contains(&levels), "{levels} levels");
             // The shadow test; a loop over levels with one site; or three loops, with one, two and
             // one, whose trips are the levels before, with and after the fourth moment.

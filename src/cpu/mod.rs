@@ -9,6 +9,7 @@ pub mod reduce;
 pub mod resolve;
 pub mod shade;
 pub mod view;
+pub mod volume;
 
 pub use light::LightMap;
 pub use view::GBuffer;

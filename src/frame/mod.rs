@@ -201,7 +201,7 @@ impl Renderer {
         let radius = mesh.bounding_radius();
         let light_frame = plan.light_frame();
         let taps = plan.methods().find_map(|method| match method {
-            Multiple::Mixture(mixture) => Some(plan.taps(mixture, light_frame.texel)),
+            Multiple::Mixture(mixture) => Some(plan.taps(mixture, &light_frame)),
             _ => None,
         });
         let pyramid = taps.as_ref().map(|taps| PyramidDesc {
@@ -254,7 +254,7 @@ impl Renderer {
             )
         };
 
-        let parts = parts(plan, light_frame.texel);
+        let parts = parts(plan, &light_frame);
         let exact_columns = parts
             .iter()
             .find(|part| part.method == Multiple::Exact)
@@ -836,8 +836,8 @@ fn record_halving(
     }
 }
 
-/// The parts of the picture, on a light map of texels of side `texel` mm.
-fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
+/// The parts of the picture, on a light map in `light_frame`.
+fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
     let part = |columns, method| PartDesc {
         columns,
         method,
@@ -846,7 +846,7 @@ fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
             Multiple::Samples(n) => [n, 0, 0],
             Multiple::Rings(n) => [plan.rings(n), 0, 0],
             Multiple::Mixture(mixture) => {
-                let taps = plan.taps(mixture, texel);
+                let taps = plan.taps(mixture, light_frame);
                 let Range { start, end } = taps.fourth;
                 [start, end - start, taps.levels.count - end]
             }

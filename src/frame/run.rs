@@ -270,7 +270,7 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
         match method {
             Multiple::Rings(_) => images += texels * 6,
             Multiple::Mixture(mixture) => {
-                let taps = plan.taps(mixture, plan.light_frame().texel);
+                let taps = plan.taps(mixture, &plan.light_frame());
                 let atlas = Atlas::new([plan.light_map; 2], taps.levels.last() + 1);
                 let [width, height] = atlas.size;
                 if width.max(height) > limit {

@@ -112,7 +112,7 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
             }
         }
         Multiple::Mixture(mixture) => {
-            let [levels, fourth] = plan.taps(mixture, plan.light_frame().texel).counts();
+            let [levels, fourth, _] = plan.taps(mixture, &plan.light_frame()).counts();
             for (what, count) in [
                 ("level above, 6x6 texels for 2x2", HALVE_LOADS),
                 ("a level, 12x12 texels for 4x4", SMOOTH_LOADS),

@@ -57,6 +57,8 @@ pub struct Request {
     pub fourth_levels: Option<u32>,
     /// 1 where the mixture taps every level, 2 where every second.
     pub level_step: u32,
+    /// How many levels of the mixture, the coarsest, read volumes of light.
+    pub volumes: u32,
     /// Where the weights of the mixture come from.
     pub weights: Fit,
     /// Whether the specular reflection is added.
@@ -119,6 +121,7 @@ impl Request {
             fourth_from: 0,
             fourth_levels: None,
             level_step: 1,
+            volumes: 0,
             weights: Fit::Best,
             specular: true,
             light_map: defaults::LIGHT_MAP,
@@ -262,6 +265,7 @@ impl Request {
             },
             level_step: self.level_step,
             fit: self.weights,
+            volumes: self.volumes,
         };
         method.with(self.samples, self.rings, mixture)
     }

@@ -1,0 +1,215 @@
+//! Volumes: the light on the surface, blurred by a Gaussian in space, on grids in light space.
+//!
+//! What level k of the mixture stands for is V_k(p) = sum over the map's texels of area a_t of
+//! a_t w_t e^(-|p - x_t|^2 / (2 s_k^2)) / (2 pi s_k^2): a smooth function of three coordinates. Moments of the
+//! depth guess it; a grid of cells about as wide as s_k holds it, and one trilinear tap reads it.
+//!
+//! The *base* grid is made of the light map: each texel's w goes to the eight cells around its point. Every
+//! other grid halves the one before it. A volume is one of these grids blurred to the width of its level.
+//! Tents, halving and taps blur, too, so the blur only adds what is missing: a tent over one cell, of a
+//! deposit or, averaged over where it falls, of a tap, has variance 1/6 of a cell squared, and halving
+//! takes v to (v + 3/4) / 4.
+//!
+//! Grids lie around the caster, not around the map: their middle is the map's. Cell (i, j, k) has its
+//! centre at (i + 1/2, j + 1/2, k + 1/2), along the map's columns, its rows and the depth. There is one cell
+//! more on each side than the caster fills; a tap from a point of the caster reads none beyond.
+
+use super::LightFrame;
+use glam::DVec3;
+
+/// Width of a cell, over s, of the volumes that are blended with moments. Trilinear taps leave a ripple
+/// of (cell / s)^2 / 24 of V where it is flat, and more in its tail; moments take over where there is one
+/// surface, and would show it. At 1 a plane at 60 degrees is off by 1.8 %, at 0.8 by 1.1 %, for twice the
+/// cells.
+const CELL_BLENDED: f64 = 0.9;
+
+/// The same of the other volumes, which are coarser and have few cells.
+const CELL: f64 = 0.45;
+
+/// How many volumes, the finest, are blended with moments.
+pub const BLENDED: u32 = 2;
+
+/// Cells that all volumes of a plan may have: 32 MiB of them, and as much for each of the two steps between
+/// light and volume. It is what ends the fine levels, for each has eight times the cells of the next.
+pub const CELLS_MAX: u64 = 1 << 23;
+
+/// Cells along an axis of the image of all volumes, which devices but for the least have room for.
+pub const SIDE_MAX: u32 = 1024;
+
+/// The coarsest level whose width the base grid has. A column of cells sums (1.8 s / texel)^2 texels, and
+/// llvmpipe ends every loop of a shader after 65535 iterations in all.
+const BASE_MAX: u32 = 6;
+
+/// Largest radius of a blur, in cells.
+pub const RADIUS_MAX: usize = 9;
+
+/// One grid of light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Cells along each axis.
+    pub size: [u32; 3],
+    /// Cells a texel of the light map.
+    pub scale: f64,
+    /// Cell coordinates of the map's corner, in the middle of the depth range.
+    pub shift: DVec3,
+    /// Its first cell in the buffer of all grids, x before y before z.
+    pub first: u32,
+    /// Variance along an axis to which deposit and halving have spread the light, in cells squared.
+    spread: f64,
+}
+
+/// A grid blurred to one level's width.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// Which grid.
+    pub grid: usize,
+    /// Its first cell in the buffer of all volumes.
+    pub first: u32,
+    /// Its first cell in the image of all volumes.
+    pub origin: [u32; 3],
+    /// Weights of the blur along an axis, from the middle outwards; with both sides their sum is 1.
+    pub weights: Vec<f64>,
+    /// What makes V of blurred light.
+    pub factor: f64,
+}
+
+/// The grids and volumes of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volumes {
+    /// The grids, from the base on.
+    pub grids: Vec<Grid>,
+    /// The volumes, from the finest on.
+    pub volumes: Vec<Volume>,
+    /// Columns, rows and slices of the image of all volumes.
+    pub image: [u32; 3],
+}
+
+fn count(size: [u32; 3]) -> u64 {
+    size.iter().map(|&n| u64::from(n)).product()
+}
+
+impl Grid {
+    /// How many cells it has.
+    pub fn cells(&self) -> u64 {
+        count(self.size)
+    }
+
+    /// The grid of cells twice as wide. The first inner cell of both begins at one place.
+    fn halved(&self) -> Grid {
+        Grid {
+            size: self.size.map(|n| (n - 2).div_ceil(2) + 2),
+            scale: 0.5 * self.scale,
+            shift: 0.5 * (self.shift - 1.0) + 1.0,
+            first: self.first + self.cells() as u32,
+            spread: (self.spread + 0.75) / 4.0,
+        }
+    }
+
+    /// Cell coordinates of the point at texel `st` of the map, `depth` texels behind the middle.
+    pub fn place(&self, st: DVec3) -> DVec3 {
+        st * self.scale + self.shift
+    }
+}
+
+/// Weights, from the middle outwards, of a blur of variance `variance` (cells squared): samples of a Gaussian
+/// as far as four deviations, whose variance is that to 1 % from 0.6 on.
+fn blur(variance: f64) -> Vec<f64> {
+    let radius = (4.0 * variance.sqrt()).ceil().min(RADIUS_MAX as f64) as usize;
+    let raw = (0..=radius).map(|i| (-0.5 * (i * i) as f64 / variance).exp());
+    let raw: Vec<f64> = raw.collect();
+    let sum = 2.0 * raw.iter().sum::<f64>() - raw[0];
+    raw.iter().map(|w| w / sum).collect()
+}
+
+impl Volumes {
+    /// The volumes of standard deviations `widths` (mm, ascending) for a map in `frame`. The base's cells
+    /// suit the first, or the level `finest` of it if that is coarser than the base can be.
+    ///
+    /// None, where there would be more than [`CELLS_MAX`] cells, or [`SIDE_MAX`] along an axis.
+    pub fn new(frame: &LightFrame, widths: &[f64], finest: u32) -> Option<Volumes> {
+        let too_fine = f64::from(finest.saturating_sub(BASE_MAX)).exp2();
+        let cell = CELL_BLENDED * widths.first()? / too_fine;
+        let half = frame.half.extend(frame.z_half);
+        let inner = (2.0 * half / cell).ceil().max(DVec3::ONE);
+        if inner.max_element() > f64::from(SIDE_MAX) {
+            return None;
+        }
+        let scale = frame.texel / cell;
+        let middle = DVec3::new(0.5, 0.5, 0.0) * f64::from(frame.size);
+        let base = Grid {
+            size: inner.to_array().map(|n| n as u32 + 2),
+            scale,
+            shift: 1.0 + 0.5 * inner - middle * scale,
+            first: 0,
+            spread: 1.0 / 6.0,
+        };
+        let mut grids = vec![base];
+        let (mut volumes, mut cells) = (Vec::new(), 0);
+        for (i, s) in (0..).zip(widths) {
+            let most = if i < BLENDED { CELL_BLENDED } else { CELL };
+            // Widths are an octave apart but for a hundredth.
+            let grid = (most * s / cell * 1.01).log2().floor().max(0.0) as usize;
+            while grids.len() <= grid {
+                grids.push(grids[grids.len() - 1].halved());
+            }
+            let width = s / cell / (grid as f64).exp2();
+            volumes.push(Volume {
+                grid,
+                first: cells as u32,
+                origin: [0; 3],
+                weights: blur(width * width - grids[grid].spread - 1.0 / 6.0),
+                // Light is by the base's cell: its density in space is the light over cell^3.
+                factor: (2.0 * std::f64::consts::PI).sqrt() * s * frame.texel_area() / cell.powi(3),
+            });
+            cells += grids[grid].cells();
+            if cells > CELLS_MAX {
+                return None;
+            }
+        }
+        let image = stack(&grids, &mut volumes);
+        (image.iter().all(|&n| n <= SIDE_MAX)).then_some(Volumes {
+            grids,
+            volumes,
+            image,
+        })
+    }
+
+    /// Cells of all volumes.
+    pub fn cells(&self) -> u64 {
+        let of = |volume: &Volume| self.grids[volume.grid].cells();
+        self.volumes.iter().map(of).sum()
+    }
+
+    /// Cells of all grids.
+    pub fn light_cells(&self) -> u64 {
+        self.grids.iter().map(Grid::cells).sum()
+    }
+}
+
+/// Stacks the volumes in one image, whose size it returns: the first on its first slices, the others in
+/// rows behind it.
+fn stack(grids: &[Grid], volumes: &mut [Volume]) -> [u32; 3] {
+    let mut image = [0; 3];
+    let (mut corner, mut row) = ([0; 3], 0);
+    let wide = volumes.iter().take(3).map(|v| grids[v.grid].size[0]);
+    let wide = wide.clone().max().unwrap_or(0).max(wide.skip(1).sum());
+    for (i, volume) in volumes.iter_mut().enumerate() {
+        let size = grids[volume.grid].size;
+        if corner[0] + size[0] > wide {
+            corner = [0, corner[1] + row, corner[2]];
+            row = 0;
+        }
+        volume.origin = corner;
+        for axis in 0..3 {
+            image[axis] = image[axis].max(corner[axis] + size[axis]);
+        }
+        match i {
+            0 => corner = [0, 0, size[2]],
+            _ => {
+                corner[0] += size[0];
+                row = row.max(size[1]);
+            }
+        }
+    }
+    image
+}
