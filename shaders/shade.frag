@@ -21,6 +21,9 @@ layout(binding = 6) uniform sampler2D smoothed;
 #if defined(FOURTH)
 layout(binding = 7) uniform sampler2D smoothed_fourth;
 #endif
+#if defined(VOLUMES)
+layout(binding = 8) uniform sampler3D volumes;
+#endif
 #endif
 
 // Before any work: pixels that nothing covers must cost nothing.

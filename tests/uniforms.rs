@@ -4,7 +4,7 @@ use std::mem::offset_of;
 
 use marmor::frame::{
     shaders,
-    uniforms::{LevelTable, Uniforms},
+    uniforms::{LevelTable, Uniforms, VolumeTable},
 };
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Decoration, Op};
@@ -59,6 +59,8 @@ fn offsets_agree() {
         offset_of!(Uniforms, background),
         offset_of!(Uniforms, levels),
         offset_of!(Uniforms, levels) + offset_of!(LevelTable, places),
+        offset_of!(Uniforms, volumes),
+        offset_of!(Uniforms, volumes) + offset_of!(VolumeTable, places),
     ]
     .map(|offset| offset as u32);
     assert_eq!(offsets, mirror);

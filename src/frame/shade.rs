@@ -8,7 +8,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::shaders;
-use super::targets::{Boxes, GBuffer, LightMap};
+use super::targets::{Boxes, GBuffer, Light, LightMap};
 use crate::gpu::{
     self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, Image,
     ImageDesc, RenderPass, Sampler, Shader, Use, submit,
@@ -44,12 +44,12 @@ pub struct PartDesc {
     /// Its method.
     pub method: Multiple,
     /// How many samples, or rings; of the mixture, how many levels read three moments, then four,
-    /// then three again.
-    pub counts: [u32; 3],
+    /// then three again, then three and a volume, then a volume alone.
+    pub counts: [u32; 5],
 }
 
 impl ShadePass {
-    /// Prepares shading from `map`, `boxes` and `gbuffer` in subpass `subpass` of `pass`. A device
+    /// Prepares shading from `map`, `boxes`, `light` and `gbuffer` in subpass `subpass` of `pass`. A device
     /// whose `filter` is not linear reads four texels for each bilinear tap.
     #[allow(clippy::too_many_arguments, reason = "the graph's edges, each by name")]
     pub fn new(
@@ -59,6 +59,7 @@ impl ShadePass {
         subpass: u32,
         map: &LightMap,
         boxes: Option<&Boxes>,
+        light: Option<&Light>,
         gbuffer: &GBuffer,
         parts: &[PartDesc],
         specular: bool,
@@ -97,7 +98,10 @@ impl ShadePass {
                         let pyramid = map.pyramid.as_ref();
                         own.extend(pyramid.map(|p| Binding::Sampled(&p.smoothed, &bilinear)));
                         let fourth = pyramid.and_then(|p| p.fourth.as_ref());
-                        own.extend(fourth.map(|f| Binding::Sampled(&f.smoothed, &bilinear)));
+                        own.push(fourth.map_or(Binding::Unused, |f| {
+                            Binding::Sampled(&f.smoothed, &bilinear)
+                        }));
+                        own.extend(light.map(|l| Binding::Sampled(&l.image, &bilinear)));
                     }
                     Multiple::None | Multiple::Brdf | Multiple::Exact => {}
                 }
@@ -132,6 +136,8 @@ impl ShadePass {
                         part.counts[0],
                         part.counts[1],
                         part.counts[2],
+                        part.counts[3],
+                        part.counts[4],
                     ],
                 };
                 Ok(Part {
@@ -163,6 +169,7 @@ impl ShadePass {
 fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
     use shaders as s;
     let fourth = part.counts[1] > 0;
+    let volumes = part.counts[3] > 0;
     match (part.method, filter) {
         // `exact` adds its term in a compute pass of its own.
         (Multiple::None | Multiple::Exact, _) => &s::SHADE_FRAG_NONE,
@@ -170,6 +177,14 @@ fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
         (Multiple::Samples(_), _) => &s::SHADE_FRAG_SAMPLES,
         (Multiple::Rings(_), Filter::Linear) => &s::SHADE_FRAG_RINGS,
         (Multiple::Rings(_), Filter::Texels) => &s::SHADE_FRAG_RINGS_NEAREST,
+        (Multiple::Mixture(_), Filter::Linear) if volumes => match fourth {
+            false => &s::SHADE_FRAG_MIXTURE_VOLUMES,
+            true => &s::SHADE_FRAG_MIXTURE_FOURTH_VOLUMES,
+        },
+        (Multiple::Mixture(_), Filter::Texels) if volumes => match fourth {
+            false => &s::SHADE_FRAG_MIXTURE_NEAREST_VOLUMES,
+            true => &s::SHADE_FRAG_MIXTURE_NEAREST_FOURTH_VOLUMES,
+        },
         (Multiple::Mixture(_), Filter::Linear) if !fourth => &s::SHADE_FRAG_MIXTURE,
         (Multiple::Mixture(_), Filter::Linear) => &s::SHADE_FRAG_MIXTURE_FOURTH,
         (Multiple::Mixture(_), Filter::Texels) if !fourth => &s::SHADE_FRAG_MIXTURE_NEAREST,

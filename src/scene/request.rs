@@ -205,6 +205,7 @@ impl Request {
             "level_step",
             limits::level_step(self.level_step.into()).map(drop),
         )?;
+        check("volumes", limits::volumes(self.volumes.into()).map(drop))?;
         check(
             "light_map",
             limits::light_map(self.light_map.into()).map(drop),

@@ -105,6 +105,11 @@ impl Grid {
         }
     }
 
+    /// How many texels of the map, in a row, may lie nearer than a cell to the middle of one.
+    pub fn reach(&self) -> u32 {
+        (2.0 / self.scale).floor() as u32 + 1
+    }
+
     /// Cell coordinates of the point at texel `st` of the map, `depth` texels behind the middle.
     pub fn place(&self, st: DVec3) -> DVec3 {
         st * self.scale + self.shift
