@@ -29,18 +29,18 @@ vec4 fetch_linear(sampler2D tex, vec2 st, vec2 texel, float level) {
 // Trilinear tap at `at` of a volume, whose cells are `cell` = 1 / size of it: cell (i, j, k) has its centre at
 // (i + 1/2, j + 1/2, k + 1/2).
 #ifdef NO_LINEAR
+float fetch_slice(sampler3D tex, vec3 corner, vec2 f, vec3 cell) {
+    float low = mix(textureLod(tex, corner * cell, 0.0).x,
+                    textureLod(tex, (corner + vec3(1.0, 0.0, 0.0)) * cell, 0.0).x, f.x);
+    float high = mix(textureLod(tex, (corner + vec3(0.0, 1.0, 0.0)) * cell, 0.0).x,
+                     textureLod(tex, (corner + vec3(1.0, 1.0, 0.0)) * cell, 0.0).x, f.x);
+    return mix(low, high, f.y);
+}
 float fetch_volume(sampler3D tex, vec3 at, vec3 cell) {
     vec3 f = fract(at - 0.5);
     vec3 corner = at - f;
-    float near[2];
-    for (int k = 0; k < 2; ++k) {
-        float low = mix(textureLod(tex, (corner + vec3(0.0, 0.0, k)) * cell, 0.0).x,
-                        textureLod(tex, (corner + vec3(1.0, 0.0, k)) * cell, 0.0).x, f.x);
-        float high = mix(textureLod(tex, (corner + vec3(0.0, 1.0, k)) * cell, 0.0).x,
-                         textureLod(tex, (corner + vec3(1.0, 1.0, k)) * cell, 0.0).x, f.x);
-        near[k] = mix(low, high, f.y);
-    }
-    return mix(near[0], near[1], f.z);
+    return mix(fetch_slice(tex, corner, f.xy, cell),
+               fetch_slice(tex, corner + vec3(0.0, 0.0, 1.0), f.xy, cell), f.z);
 }
 #define FETCH_VOLUME(tex, at, cell) fetch_volume(tex, at, cell)
 #else

@@ -53,16 +53,22 @@ fn pictures_are_as_they_were() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let update = std::env::var_os("MARMOR_UPDATE_GOLDENS").is_some_and(|v| v == "1");
     let mut faults = Vec::new();
-    for method in [
-        Method::Brdf,
-        Method::Samples,
-        Method::Rings,
-        Method::Mixture,
-        Method::Exact,
+    for (method, volumes) in [
+        (Method::Brdf, 0),
+        (Method::Samples, 0),
+        (Method::Rings, 0),
+        (Method::Mixture, 0),
+        (Method::Mixture, 3),
+        (Method::Exact, 0),
     ] {
+        let picture_name = match volumes {
+            0 => method.name().to_owned(),
+            _ => format!("{}-volumes", method.name()),
+        };
         let mut request = Request::statue();
         request.size = SIZE;
         request.multiple = method;
+        request.volumes = volumes;
         request.light_map = 96;
         // A light map this small resolves a material ten times as transparent.
         request.material.sigma_s *= 0.2;
@@ -83,7 +89,7 @@ fn pictures_are_as_they_were() {
         let file = |driver: &str| -> PathBuf {
             root.join("golden")
                 .join(driver)
-                .join(format!("{}.png", method.name()))
+                .join(format!("{picture_name}.png"))
         };
         if update {
             std::fs::create_dir_all(root.join("golden").join(&driver)).expect("a folder");
@@ -103,7 +109,7 @@ fn pictures_are_as_they_were() {
         if !good {
             let out = root.join("out");
             std::fs::create_dir_all(&out).expect("a folder");
-            let name = |what: &str| out.join(format!("{}-{driver}-{what}.png", method.name()));
+            let name = |what: &str| out.join(format!("{picture_name}-{driver}-{what}.png"));
             let amplified = RgbImage::from_fn(SIZE[0], SIZE[1], |x, y| {
                 let (a, b) = (golden.get_pixel(x, y), picture.get_pixel(x, y));
                 Rgb([0, 1, 2].map(|c| a[c].abs_diff(b[c]).saturating_mul(16)))
@@ -111,8 +117,7 @@ fn pictures_are_as_they_were() {
             picture.save(name("rendered")).expect("a picture");
             amplified.save(name("difference")).expect("a picture");
             faults.push(format!(
-                "{}: {mean:.3} steps in the mean, {most} at most; see {}",
-                method.name(),
+                "{picture_name}: {mean:.3} steps in the mean, {most} at most; see {}",
                 name("difference").display()
             ));
         }

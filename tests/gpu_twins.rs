@@ -358,8 +358,13 @@ fn mixture() {
         level_step: 2,
         ..mixture
     };
+    let with = |volumes, mixture| Mixture { volumes, ..mixture };
     for (name, mixture) in [
         ("marble", Mixture::THREE),
+        ("marble", with(3, Mixture::THREE)),
+        ("skin1", with(8, Mixture::THREE)),
+        ("ketchup", with(1, from(1))),
+        ("wholemilk", with(2, half(Mixture::FOUR))),
         ("ketchup", Mixture::THREE),
         ("spectralon", half(Mixture::THREE)),
         ("marble", Mixture::FOUR),
@@ -388,6 +393,14 @@ fn taps_of_four_texels_are_bilinear_taps() {
         Multiple::Rings(8),
         Multiple::Mixture(Mixture::THREE),
         Multiple::Mixture(Mixture::FOUR),
+        Multiple::Mixture(Mixture {
+            volumes: 4,
+            ..Mixture::THREE
+        }),
+        Multiple::Mixture(Mixture {
+            volumes: 1,
+            ..Mixture::FOUR
+        }),
     ] {
         let plan = marble([60.0, 35.0], multiple);
         let draw = |filter| {
@@ -473,6 +486,14 @@ fn frames_do_not_race_with_each_other() {
         (Multiple::Samples(8), Some(Multiple::Brdf), true),
         (Multiple::Rings(6), None, false),
         (Multiple::Mixture(Mixture::FOUR), None, false),
+        (
+            Multiple::Mixture(Mixture {
+                volumes: 4,
+                ..Mixture::FOUR
+            }),
+            Some(Multiple::Rings(8)),
+            false,
+        ),
         (
             Multiple::Mixture(Mixture::THREE),
             Some(Multiple::Rings(8)),

@@ -281,18 +281,23 @@ fn the_mixture_is_nearer_than_rings_and_as_many_samples() {
         Multiple::Mixture(Mixture::FOUR),
         Multiple::Samples(16),
         Multiple::Rings(8),
+        Multiple::Mixture(Mixture {
+            volumes: 5,
+            ..Mixture::THREE
+        }),
     ];
     let sphere = shapes::sphere(20.0, 5);
     let bumpy = shapes::bumpy(20.0, 5);
     for (name, mesh, bounds) in [
-        ("sphere", &sphere, [0.02, 0.015]),
-        ("bumpy", &bumpy, [0.1, 0.05]),
+        ("sphere", &sphere, [0.02, 0.015, 0.015]),
+        ("bumpy", &bumpy, [0.1, 0.05, 0.02]),
     ] {
         for material in ["marble", "skin1", "ketchup"] {
             let material = medium(material).material();
             let rr = errors(mesh, &material, [40.0, 35.0], &methods);
             eprintln!("{name}, {}: {rr:.4?}", material.name);
             assert!(rr[0] < bounds[0] && rr[1] < bounds[1], "{name}: {rr:?}");
+            assert!(rr[4] < bounds[2], "{name}: {rr:?}");
             assert!(rr[0].max(rr[1]) < rr[2] && rr[2] < rr[3], "{name}: {rr:?}");
         }
     }

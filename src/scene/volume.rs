@@ -40,6 +40,9 @@ pub const SIDE_MAX: u32 = 1024;
 /// llvmpipe ends every loop of a shader after 65535 iterations in all.
 const BASE_MAX: u32 = 6;
 
+/// Variance, in cells squared, of a deposit, and of a tap averaged over where it falls.
+const TENT: f64 = 1.0 / 6.0;
+
 /// Largest radius of a blur, in cells.
 pub const RADIUS_MAX: usize = 9;
 
@@ -146,7 +149,7 @@ impl Volumes {
             scale,
             shift: 1.0 + 0.5 * inner - middle * scale,
             first: 0,
-            spread: 1.0 / 6.0,
+            spread: TENT,
         };
         let mut grids = vec![base];
         let (mut volumes, mut cells) = (Vec::new(), 0);
@@ -162,7 +165,7 @@ impl Volumes {
                 grid,
                 first: cells as u32,
                 origin: [0; 3],
-                weights: blur(width * width - grids[grid].spread - 1.0 / 6.0),
+                weights: blur(width * width - grids[grid].spread - TENT),
                 // Light is by the base's cell: its density in space is the light over cell^3.
                 factor: (2.0 * std::f64::consts::PI).sqrt() * s * frame.texel_area() / cell.powi(3),
             });
@@ -217,4 +220,106 @@ fn stack(grids: &[Grid], volumes: &mut [Volume]) -> [u32; 3] {
         }
     }
     image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::mixture::width;
+
+    fn frame(size: u32, extent: DVec3) -> LightFrame {
+        let corners = (0..8).map(|i| {
+            let sign = |bit: i32| f64::from(i >> bit & 1) - 0.5;
+            DVec3::new(sign(0), sign(1), sign(2)) * extent
+        });
+        LightFrame::fit(corners, DVec3::Z, size, glam::DVec2::new(0.5, -0.5))
+    }
+
+    fn volumes(frame: &LightFrame, levels: std::ops::Range<u32>, step: usize) -> Option<Volumes> {
+        let widths = levels.clone().step_by(step).map(|l| width(l, frame.texel));
+        Volumes::new(frame, &widths.collect::<Vec<_>>(), levels.start)
+    }
+
+    #[test]
+    fn volumes_keep_apart_and_hold_the_caster() {
+        for size in [16, 61, 300, 512, 1024, 8192] {
+            for extent in [
+                DVec3::splat(40.0),
+                DVec3::new(42.0, 80.0, 70.0),
+                DVec3::new(80.0, 3.0, 0.0),
+                DVec3::new(0.1, 9.0, 300.0),
+            ] {
+                let frame = frame(size, extent);
+                for (levels, step) in [(1..2, 1), (1..6, 1), (2..8, 1), (1..9, 2), (5..13, 1)] {
+                    let what = format!("{size}, {extent}, {levels:?} by {step}");
+                    let Some(found) = volumes(&frame, levels, step) else {
+                        continue;
+                    };
+                    assert!(found.cells() <= CELLS_MAX, "{what}");
+                    let reach = found.grids[0].reach();
+                    let trips = reach * (reach + 1) + found.grids[0].size[2];
+                    assert!(trips < 65535, "{what}: {trips} iterations");
+                    // The caster's box, moved by the jitter of half a texel.
+                    let half = (frame.half / frame.texel).extend(frame.z_half / frame.texel);
+                    let middle = DVec3::new(0.5, 0.5, 0.0) * f64::from(size);
+                    let jitter = DVec3::new(0.5, 0.5, 0.0);
+                    for grid in &found.grids {
+                        let low = grid.place(middle - half - jitter);
+                        let high = grid.place(middle + half + jitter);
+                        let end = DVec3::from_array(grid.size.map(f64::from)) - 0.5;
+                        assert!(low.cmpge(DVec3::splat(0.5 - 1e-9)).all(), "{what}: {low}");
+                        assert!(high.cmple(end + 1e-9).all(), "{what}: {high} of {end}");
+                    }
+                    let ends = |v: &Volume| {
+                        let size = found.grids[v.grid].size;
+                        [0, 1, 2].map(|axis| v.origin[axis] + size[axis])
+                    };
+                    for (i, a) in found.volumes.iter().enumerate() {
+                        assert!(
+                            (0..3).all(|axis| ends(a)[axis] <= found.image[axis]),
+                            "{what}"
+                        );
+                        for b in &found.volumes[..i] {
+                            let apart = |axis: usize| {
+                                a.origin[axis] >= ends(b)[axis] || b.origin[axis] >= ends(a)[axis]
+                            };
+                            assert!((0..3).any(apart), "{what}: {a:?} and {b:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_volume_has_the_width_of_its_level() {
+        let frame = frame(512, DVec3::new(42.0, 80.0, 70.0));
+        for (levels, step) in [(1..6, 1), (2..8, 1), (2..8, 2)] {
+            let found = volumes(&frame, levels.clone(), step).expect("volumes");
+            for (level, volume) in levels.step_by(step).zip(&found.volumes) {
+                let grid = &found.grids[volume.grid];
+                let cell = frame.texel / grid.scale;
+                let sides = volume.weights[1..].iter().sum::<f64>();
+                assert!((volume.weights[0] + 2.0 * sides - 1.0).abs() < 1e-12);
+                let squares = (1..).zip(&volume.weights[1..]);
+                let blur: f64 = squares.map(|(i, w)| 2.0 * f64::from(i * i) * w).sum();
+                let s = cell * (blur + grid.spread + TENT).sqrt();
+                let ratio = s / width(level, frame.texel);
+                assert!((ratio - 1.0).abs() < 3e-3, "level {level}: {ratio}");
+                assert!(
+                    (0.2..=CELL_BLENDED + 0.01).contains(&(cell / s)),
+                    "level {level}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn too_many_cells_are_refused() {
+        let frame = frame(8192, DVec3::splat(40.0));
+        assert!(volumes(&frame, 1..4, 1).is_none());
+        // Thin and far: few cells, but more in a row than an image has.
+        let thin = self::frame(512, DVec3::new(0.1, 0.1, 1000.0));
+        assert!(volumes(&thin, 1..2, 1).is_none());
+    }
 }
