@@ -275,13 +275,15 @@ impl Row {
 /// relative to R_d where r^2 R_d, the light per ln r, is near its peak, and to a constant where
 /// it is below a tenth of it. Otherwise a peak narrower than the finest level, or a tail without
 /// light, would spoil the rest. The light outside a circle of radius r is also what a slab of that
-/// thickness lets through, so its errors count relative to itself down to a hundredth of R_tot: with
-/// absolute ones, a disc of ketchup 2 mm thick was 17 % off, and now is 10 %.
+/// thickness lets through, so its errors count relative to itself, down to a hundredth of R_tot where all is
+/// absorbed and three where all is scattered: with absolute ones, a disc of ketchup 2 mm thick was 17 % off, and
+/// now is 10 %.
 fn rows(dipole: &Dipole, widths: &[f64]) -> [Vec<Row>; 2] {
     const SAMPLES: u32 = 48;
     const FLOOR: f64 = 0.1;
-    const ENERGY: [f64; 2] = [0.2, 0.002];
+    const ENERGY: [f64; 3] = [0.2, 0.002, 0.004];
     let total = dipole.total();
+    let floor = ENERGY[1] + ENERGY[2] * dipole.alpha_prime;
     let near = 0.1 * dipole.z_r;
     // Beyond 5 s of the coarsest level there is nothing left to fit with. A decade of radii is
     // kept even where one level alone is narrower than the profile.
@@ -304,7 +306,7 @@ fn rows(dipole: &Dipole, widths: &[f64]) -> [Vec<Row>; 2] {
         });
         // What a slab of thickness r lets through.
         let outside = dipole.phi(r * r) / total;
-        let scale = 1.0 / (ENERGY[0] * outside + ENERGY[1]);
+        let scale = 1.0 / (ENERGY[0] * outside + floor);
         of_energy.push(Row {
             columns: gaussians.iter().map(|g| scale * g).collect(),
             target: scale * outside,
