@@ -77,29 +77,29 @@ const EXACT_PAIRS: u64 = 1 << 24;
 /// 65535 iterations in all, without a word.
 const EXACT_TEXELS: u32 = 60_000;
 
-/// The passes, in the order of the frame but for `volume`, which follows `boxes`; each has a label and a pair of timestamps.
+/// The passes, in the order of the frame; each has a label and a pair of timestamps.
 const PASSES: [(&str, &CStr); 10] = [
     ("light", c"light"),
     ("reduce", c"reduce"),
     ("boxes", c"boxes"),
+    ("volume", c"volume"),
     ("back", c"back"),
     ("view", c"view"),
     ("shade", c"shade"),
     ("exact", c"exact"),
     ("resolve", c"resolve"),
     ("readback", c"readback"),
-    ("volume", c"volume"),
 ];
 const LIGHT: u32 = 0;
 const REDUCE: u32 = 1;
 const BOXES: u32 = 2;
-const BACK: u32 = 3;
-const VIEW: u32 = 4;
-const SHADE: u32 = 5;
-const EXACT: u32 = 6;
-const RESOLVE: u32 = 7;
-const READBACK: u32 = 8;
-const VOLUME: u32 = 9;
+const VOLUME: u32 = 3;
+const BACK: u32 = 4;
+const VIEW: u32 = 5;
+const SHADE: u32 = 6;
+const EXACT: u32 = 7;
+const RESOLVE: u32 = 8;
+const READBACK: u32 = 9;
 
 /// How far a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

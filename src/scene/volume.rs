@@ -87,14 +87,10 @@ pub struct Volumes {
     pub image: [u32; 3],
 }
 
-fn count(size: [u32; 3]) -> u64 {
-    size.iter().map(|&n| u64::from(n)).product()
-}
-
 impl Grid {
     /// How many cells it has.
     pub fn cells(&self) -> u64 {
-        count(self.size)
+        self.size.iter().map(|&n| u64::from(n)).product()
     }
 
     /// The grid of cells twice as wide. The first inner cell of both begins at one place.
@@ -113,9 +109,10 @@ impl Grid {
         (2.0 / self.scale).floor() as u32 + 1
     }
 
-    /// Cell coordinates of the point at texel `st` of the map, `depth` texels behind the middle.
-    pub fn place(&self, st: DVec3) -> DVec3 {
-        st * self.scale + self.shift
+    /// Cell coordinates of the point `at`: texel coordinates on the map, and its depth behind the middle of the
+    /// range, in texels, too.
+    pub fn place(&self, at: DVec3) -> DVec3 {
+        at * self.scale + self.shift
     }
 }
 
@@ -130,8 +127,8 @@ fn blur(variance: f64) -> Vec<f64> {
 }
 
 impl Volumes {
-    /// The volumes of standard deviations `widths` (mm, ascending) for a map in `frame`. The base's cells
-    /// suit the first, or the level `finest` of it if that is coarser than the base can be.
+    /// The volumes of standard deviations `widths` (mm, ascending) for a map in `frame`; the first is that of
+    /// level `finest`, and the base has its cells, or finer ones where it is too coarse for a base.
     ///
     /// None, where there would be more than [`CELLS_MAX`] cells, or [`SIDE_MAX`] along an axis.
     pub fn new(frame: &LightFrame, widths: &[f64], finest: u32) -> Option<Volumes> {
@@ -174,8 +171,10 @@ impl Volumes {
                 return None;
             }
         }
+        let light: u64 = grids.iter().map(Grid::cells).sum();
         let image = stack(&grids, &mut volumes);
-        (image.iter().all(|&n| n <= SIDE_MAX)).then_some(Volumes {
+        let fits = light <= CELLS_MAX && image.iter().all(|&n| n <= SIDE_MAX);
+        fits.then_some(Volumes {
             grids,
             volumes,
             image,
@@ -199,8 +198,9 @@ impl Volumes {
 fn stack(grids: &[Grid], volumes: &mut [Volume]) -> [u32; 3] {
     let mut image = [0; 3];
     let (mut corner, mut row) = ([0; 3], 0);
-    let wide = volumes.iter().take(3).map(|v| grids[v.grid].size[0]);
-    let wide = wide.clone().max().unwrap_or(0).max(wide.skip(1).sum());
+    // Two of the second grid, if there are, or one of the first.
+    let widths = volumes.iter().take(3).map(|v| grids[v.grid].size[0]);
+    let wide = widths.clone().max().unwrap_or(0).max(widths.skip(1).sum());
     for (i, volume) in volumes.iter_mut().enumerate() {
         let size = grids[volume.grid].size;
         if corner[0] + size[0] > wide {
