@@ -318,6 +318,10 @@ mod tests {
     fn too_many_cells_are_refused() {
         let frame = frame(8192, DVec3::splat(40.0));
         assert!(volumes(&frame, 1..4, 1).is_none());
+        // Few enough a side, but too many together; the next level has few enough.
+        let dense = self::frame(1024, DVec3::splat(40.0));
+        assert!(volumes(&dense, 1..4, 1).is_none());
+        assert!(volumes(&dense, 2..4, 1).is_some());
         // Thin and far: few cells, but more in a row than an image has.
         let thin = self::frame(512, DVec3::new(0.1, 0.1, 1000.0));
         assert!(volumes(&thin, 1..2, 1).is_none());
