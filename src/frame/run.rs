@@ -136,7 +136,7 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
             );
             note(
                 !c.linear_floats,
-                "no filtering of 32-bit floats: rings and mixture read four texels a tap",
+                "no filtering of 32-bit floats: rings and mixture read four texels a tap, and eight of a volume",
             );
             note(c.timestamp_bits == 0, "no timestamps: passes are not timed");
             DeviceInfo {
