@@ -17,6 +17,9 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("decimate.comp", "fourth", &["FOURTH"]),
     ("smooth.comp", "", &[]),
     ("smooth.comp", "fourth", &["FOURTH"]),
+    ("volume.comp", "", &[]),
+    ("volume_halve.comp", "", &[]),
+    ("volume_blur.comp", "", &[]),
     ("boxes.comp", "", &[]),
     ("boxes_shared.comp", "", &[]),
     ("exact.comp", "", &[]),
@@ -36,6 +39,19 @@ const SHADE: &[(&str, &[&str])] = &[
     (
         "mixture nearest fourth",
         &["METHOD_MIXTURE", "NO_LINEAR", "FOURTH"],
+    ),
+    ("mixture volumes", &["METHOD_MIXTURE", "VOLUMES"]),
+    (
+        "mixture fourth volumes",
+        &["METHOD_MIXTURE", "FOURTH", "VOLUMES"],
+    ),
+    (
+        "mixture nearest volumes",
+        &["METHOD_MIXTURE", "NO_LINEAR", "VOLUMES"],
+    ),
+    (
+        "mixture nearest fourth volumes",
+        &["METHOD_MIXTURE", "NO_LINEAR", "FOURTH", "VOLUMES"],
     ),
 ];
 

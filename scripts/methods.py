@@ -165,8 +165,8 @@ def picture(out, *sources):
 
 # --------------------------------------------------------------------- results
 
-COLOURS = {"samples": "#1f6fb4", "rings": "#c43c39", "mixture-3": "#1b8a3a", "mixture-4": "#7b3fa0"}
-FAMILIES = {"samples": "samples", "rings": "rings", "mixture-3": "mixture, 3 moments", "mixture-4": "mixture, 4 moments"}
+COLOURS = {"samples": "#1f6fb4", "rings": "#c43c39", "mixture-3": "#1b8a3a", "mixture-4": "#7b3fa0", "volumes": "#b07d10"}
+FAMILIES = {"samples": "samples", "rings": "rings", "mixture-3": "mixture, 3 moments", "mixture-4": "mixture, 4 moments", "volumes": "mixture with volumes"}
 # Whose points are joined.
 TRAILS = ("samples", "rings")
 
@@ -313,6 +313,8 @@ def marker(family, x, y):
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>'
     if family == "rings":
         return f'<rect x="{x - 3.6:.1f}" y="{y - 3.6:.1f}" width="7.2" height="7.2" fill="{colour}"/>'
+    if family == "volumes":
+        return f'<path d="M{x:.1f} {y - 5.2:.1f}l5.2 5.2l-5.2 5.2l-5.2 -5.2z" fill="{colour}"/>'
     up = family == "mixture-3"
     dy = -5 if up else 5
     points = f"{x:.1f},{y + dy:.1f} {x - 4.8:.1f},{y - 0.7 * dy:.1f} {x + 4.8:.1f},{y - 0.7 * dy:.1f}"
@@ -458,7 +460,7 @@ def header(results):
 
 
 def time_table(results, plans):
-    names = ["light", "reduce", "boxes", "view", "shade", "resolve"]
+    names = ["light", "reduce", "boxes", "volume", "view", "shade", "resolve"]
     rows = []
     for plan in plans:
         if plan in results.times:
@@ -477,10 +479,12 @@ def method_table(results, families, material="marble"):
             continue
         times = results.times.get(plan, {})
         reduction = times.get("reduce", times.get("boxes"))
-        costs = ["–" if t is None else f"{t:.1f}" for t in (times.get("shade"), reduction)]
+        parts = [times.get("shade"), reduction] + ([times.get("volume")] if "volumes" in families else [])
+        costs = ["–" if t is None else f"{t:.1f}" for t in parts]
         errors = [number(results.rr[(s, material, plan)]) for s in columns]
         rows.append([results.label(plan), str(results.fetches[("statue", material, plan)])] + errors + costs)
-    return markdown([f"{material}: rr", "fetches"] + columns + ["shade, ms", "pyramid, ms"], rows)
+    costs = ["shade, ms", "pyramid, ms"] + (["volumes, ms"] if "volumes" in families else [])
+    return markdown([f"{material}: rr", "fetches"] + columns + costs, rows)
 
 
 def fill(page, name, content):
@@ -501,7 +505,7 @@ def report(folder, docs):
         (docs / part).mkdir(parents=True, exist_ok=True)
 
     bounds, held = check(results, table(folder / "bounds.txt"))
-    key_plans = ["samples-30", "rings-8", "mixture-3", "mixture-4"]
+    key_plans = ["samples-30", "rings-8", "mixture-3", "mixture-4", "mixture-3-volumes-5"]
     text = [
         "# Measured: error, fetches and time of the methods",
         "Written by `scripts/methods.sh`; do not edit. How to read it: [samples](../methods/samples.md), "
@@ -547,7 +551,7 @@ def report(folder, docs):
     lines = ["scene,light_map,material,plan,fetches,rr"]
     lines += [f"{s},{results.light_map[s]},{m},{p},{results.fetches[(s, m, p)]},{rr:.6f}" for (s, m, p), rr in results.rr.items()]
     (docs / "results" / "methods.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    for method, families in (("samples", ["samples"]), ("rings", ["rings"]), ("mixture", ["mixture-3", "mixture-4"])):
+    for method, families in (("samples", ["samples"]), ("rings", ["rings"]), ("mixture", ["mixture-3", "mixture-4", "volumes"])):
         fill(docs / "methods" / f"{method}.md", method, method_table(results, families))
     print(page)
     print(f"marmor: written to {docs}/results and {docs}/images")

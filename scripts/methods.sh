@@ -61,8 +61,13 @@ mixture-4-from-1     mixture-4  mixture,_4_from_level_1          4_from_1 --mult
 mixture-4-from-2     mixture-4  mixture,_4_from_level_2          4_from_2 --multiple mixture --moments 4 --fourth-from 2
 mixture-4-from-3     mixture-4  mixture,_4_from_level_3          4_from_3 --multiple mixture --moments 4 --fourth-from 3
 mixture-4-second     mixture-4  mixture,_4,_every_second_level   4/2      --multiple mixture --moments 4 --level-step 2
+mixture-3-volumes-3  volumes    mixture,_3,_3_volumes            3+3      --multiple mixture --moments 3 --volumes 3
+mixture-3-volumes-4  volumes    mixture,_3,_4_volumes            3+4      --multiple mixture --moments 3 --volumes 4
+mixture-3-volumes-5  volumes    mixture,_3,_5_volumes            3+5      --multiple mixture --moments 3 --volumes 5
+mixture-4-volumes-4  volumes    mixture,_4,_4_volumes            4+4      --multiple mixture --moments 4 --volumes 4
+mixture-4-volumes-5  volumes    mixture,_4,_5_volumes            4+5      --multiple mixture --moments 4 --volumes 5
 '
-quick_without='^(samples-60|rings-[579]|mixture-3-fitted|mixture-4-from-[13])$'
+quick_without='^(samples-60|rings-[579]|mixture-3-fitted|mixture-4-from-[13]|mixture-4-volumes-4)$'
 
 # What must hold: plan, scenes, materials, and
 #   rr X          the error is at most X
@@ -84,7 +89,18 @@ mixture-4  statue-1024                        marble,skin1,wholemilk  rr 0.04
 mixture-4  plane0,plane60,sphere,disc,statue  ketchup                 rr 0.06
 mixture-4  all                                all                     fetches 18
 mixture-4  all                                all                     below samples-16
+mixture-3-volumes-5  plane0,plane60,sphere,disc         marble,skin1,wholemilk  rr 0.02
+mixture-3-volumes-5  statue                             marble,skin1,wholemilk  rr 0.08
+mixture-3-volumes-5  plane0,plane60,sphere,disc,statue  ketchup                 rr 0.09
+mixture-3-volumes-5  all                                all                     fetches 9
+mixture-4-volumes-5  plane0,plane60,sphere,disc         marble,skin1,wholemilk  rr 0.015
+mixture-4-volumes-5  statue,statue-front                marble,skin1,wholemilk  rr 0.05
+mixture-4-volumes-5  statue-1024                        marble,skin1,wholemilk  rr 0.04
+mixture-4-volumes-5  plane0,plane60,sphere,disc,statue  ketchup                 rr 0.06
+mixture-4-volumes-5  all                                all                     fetches 18
+mixture-4-volumes-5  all                                all                     below samples-16
 mixture-3  statue                             marble                  shade-ratio samples-30 4
+mixture-3-volumes-5  statue                             marble                  shade-ratio samples-30 4
 '
 
 run='full' folder=out/methods
@@ -224,15 +240,16 @@ if [ ! -e "$folder/exact/shot.png" ]; then
 fi
 while read -r method arguments; do
     # shellcheck disable=SC2086 # the arguments are meant to split
-    shot "$folder/pictures/$method.png" --multiple "$method" $arguments </dev/null
+    shot "$folder/pictures/$method.png" --multiple $arguments </dev/null
     "$marmor" compare "$folder/exact/shot.png" "$folder/pictures/$method.png" \
         --map "$folder/pictures/$method-difference.png" >/dev/null </dev/null
     python3 scripts/methods.py picture "docs/images/method-$method.png" "$folder/exact/shot.png" \
         "$folder/pictures/$method.png" "$folder/pictures/$method-difference.png"
 done <<'SHOTS'
-samples --samples 30
-rings --rings 8
-mixture --moments 3
+samples samples --samples 30
+rings rings --rings 8
+mixture mixture --moments 3
+mixture-volumes mixture --moments 3 --volumes 5
 SHOTS
 
 python3 scripts/methods.py report "$folder" docs

@@ -29,6 +29,27 @@ vec4 fetch_linear(sampler2D tex, vec2 st, vec2 texel, float level) {
 // What the sampler, of the nearest texel or bilinear, gives at texel coordinates `st`.
 #define FETCH_FILTERED(tex, st, texel) textureLod(tex, (st) * (texel), 0.0)
 
+// Trilinear tap at `at` of a volume, whose cells are `cell` = 1 / size of it: cell (i, j, k) has its centre at
+// (i + 1/2, j + 1/2, k + 1/2).
+#ifdef NO_LINEAR
+float fetch_slice(sampler3D tex, vec3 corner, vec2 f, vec3 cell) {
+    float low = mix(textureLod(tex, corner * cell, 0.0).x,
+                    textureLod(tex, (corner + vec3(1.0, 0.0, 0.0)) * cell, 0.0).x, f.x);
+    float high = mix(textureLod(tex, (corner + vec3(0.0, 1.0, 0.0)) * cell, 0.0).x,
+                     textureLod(tex, (corner + vec3(1.0, 1.0, 0.0)) * cell, 0.0).x, f.x);
+    return mix(low, high, f.y);
+}
+float fetch_volume(sampler3D tex, vec3 at, vec3 cell) {
+    vec3 f = fract(at - 0.5);
+    vec3 corner = at - f;
+    return mix(fetch_slice(tex, corner, f.xy, cell),
+               fetch_slice(tex, corner + vec3(0.0, 0.0, 1.0), f.xy, cell), f.z);
+}
+#define FETCH_VOLUME(tex, at, cell) fetch_volume(tex, at, cell)
+#else
+#define FETCH_VOLUME(tex, at, cell) textureLod(tex, (at) * (cell), 0.0).x
+#endif
+
 // For each of the 2x2 texels around `st`, whether it is at least as deep as `reference`: x and y
 // in the higher row, w and z in the lower, from left to right.
 #define FETCH_GATHER_COMPARE(tex, st, size, reference) \

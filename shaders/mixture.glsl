@@ -6,6 +6,9 @@
 layout(constant_id = 1) const int FINE = 9;
 layout(constant_id = 2) const int FOUR = 0;
 layout(constant_id = 3) const int COARSE = 0;
+// Then levels blended from three moments and a volume, and levels that read a volume alone.
+layout(constant_id = 4) const int BLENDED = 0;
+layout(constant_id = 5) const int ALONE = 0;
 
 // Least and largest slope tan^2 of the receiver that the depth spread within a kernel is held
 // to: a facing surface still curves; and what lies below the kernel of a steep receiver, or of one
@@ -106,6 +109,31 @@ vec2 keep(vec2 tap, vec2 finer) {
     return vec2(tap.x, max(tap.y, least / max(tap.x, 1e-6)));
 }
 
+#if defined(VOLUMES)
+// The variance of depth, over s^2, from which on a blended level believes its volume, and from which on it
+// believes nothing else: up to the first there is one surface, which moments describe without the ripple
+// of a trilinear tap.
+const float BLEND_FROM = 0.5;
+const float BLEND_TO = 2.0;
+
+// The light at level `i`, that is, m0 E, at texel `st` and a depth of st.z texels.
+float tap_volume(int i, vec3 st) {
+    vec4 place = frame.volume_places[i];
+    return FETCH_VOLUME(volumes, st * place.w + place.xyz, frame.volume_scale.xyz);
+}
+
+// As tap_three, but with what lies below the receiver from the volume where it is several surfaces.
+vec2 tap_blended(int i, vec3 st, float z_p, float slope, vec2 finer) {
+    vec4 place = frame.level_places[i];
+    float s2 = frame.level_weights[i].w;
+    vec4 m = FETCH_LINEAR(smoothed, st.xy * place.x + place.yz, frame.map.yz);
+    Spread d = spread(m);
+    vec2 tap = keep(vec2(m.x, place.w * expectation(d, z_p, min(d.v, slope * s2), s2)), finer);
+    float light = tap_volume(i, st) / max(m.x, 1e-6);
+    return vec2(tap.x, mix(tap.y, light, smoothstep(BLEND_FROM * s2, BLEND_TO * s2, d.v)));
+}
+#endif
+
 vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
     vec3 q = to_light_space(p);
     vec2 st = q.xy * frame.light_scale.y;
@@ -127,6 +155,17 @@ vec3 multiple_scattering(vec3 p, vec3 n, float lit) {
     [[unroll]] for (int i = FINE + FOUR; i < FINE + FOUR + COARSE; ++i) {
         light = keep(tap_three(i, st, q.z, slope), light);
         sum += frame.level_weights[i].rgb * (light.x * light.y);
+    }
+#endif
+#if defined(VOLUMES)
+    vec3 at = vec3(st, q.z * frame.volume_scale.w);
+    const int blended = FINE + FOUR + COARSE;
+    [[unroll]] for (int i = blended; i < blended + BLENDED; ++i) {
+        light = tap_blended(i, at, q.z, slope, light);
+        sum += frame.level_weights[i].rgb * (light.x * light.y);
+    }
+    [[unroll]] for (int i = blended + BLENDED; i < blended + BLENDED + ALONE; ++i) {
+        sum += frame.level_weights[i].rgb * tap_volume(i, at);
     }
 #endif
     return frame.irradiance.rgb * sum;

@@ -25,6 +25,9 @@ layout(binding = 8) uniform sampler2D smoothed;
 #if defined(FOURTH)
 layout(binding = 9) uniform sampler2D smoothed_fourth;
 #endif
+#if defined(VOLUMES)
+layout(binding = 10) uniform sampler3D volumes;
+#endif
 #endif
 
 // Before any work: pixels that nothing covers must cost nothing.

@@ -31,6 +31,8 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 march;          // first step, deepest sample, mm; Ft at normal incidence; variance of an edge's depths
     vec4 level_weights[9];  // of each level of the mixture: W per channel; w: s^2, s over the half depth range
     vec4 level_places[9];   // 2^-level, and the level's corner in the atlas, texels; w: s
+    vec4 volume_scale;      // 1 / columns, 1 / rows, 1 / slices of the volumes' image; w: half depth range in texels
+    vec4 volume_places[9];  // of each level with a volume: its cell at the map's corner, in the middle of the depths; w: cells a texel
 } frame;
 
 // Depth of the clip range that the caster's depth range fills, so that its ends are never clipped.

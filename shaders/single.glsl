@@ -3,7 +3,7 @@
 // optics/single.rs.
 
 // Samples of the march.
-layout(constant_id = 4) const int STEPS = 8;
+layout(constant_id = 6) const int STEPS = 8;
 
 // How much may the lit surface move, in steps, and still be one surface?
 const float JUMP = 3.0;

@@ -365,6 +365,27 @@ const CASES: &[Case] = &[
         &["s.toml:3", "level_step", "1 to 2", "3"],
     ),
     case(
+        "volumes out of range",
+        &[],
+        "render --multiple mixture --volumes 9 -o out.png",
+        &["--volumes", "0 to 8", "9"],
+    ),
+    case(
+        "volumes without effect",
+        &[],
+        "render --multiple rings --volumes 3 -o out.png",
+        &["--volumes", "no effect", "--multiple mixture"],
+    ),
+    case(
+        "volumes in a file",
+        &[(
+            "s.toml",
+            b"[method]\nmultiple = \"mixture\"\nvolumes = -1\n",
+        )],
+        "render s.toml -o out.png",
+        &["s.toml:3", "volumes", "0 to 8", "-1"],
+    ),
+    case(
         "unknown weights in a file",
         &[("s.toml", b"[method]\nweights = \"magic\"\n")],
         "render s.toml -o out.png",

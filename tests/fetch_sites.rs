@@ -7,7 +7,7 @@ use marmor::gpu::Shader;
 use marmor::ledger::{self, Filter, INPUT, TEXEL};
 use marmor::scene::{Exits, March, Method, Multiple, Request, Single};
 use rspirv::dr::{Loader, Operand};
-use rspirv::spirv::{Dim, Op, Word};
+use rspirv::spirv::{Dim, Op, StorageClass, Word};
 
 /// Image instructions of a shader that read: of textures and storage images, and of input attachments.
 #[derive(Debug, PartialEq, Eq)]
@@ -59,6 +59,39 @@ fn sites(shader: &Shader) -> Sites {
             found.inputs += 1;
         } else {
             found.fetches += 1;
+        }
+    }
+    found
+}
+
+/// Loads of floats from storage buffers that stand in a shader, all loops unrolled.
+fn loads(shader: &Shader) -> u32 {
+    let mut loader = Loader::new();
+    rspirv::binary::parse_words(shader.spirv, &mut loader).expect("SPIR-V");
+    let module = loader.module();
+    let of_buffers: HashMap<Word, ()> = module
+        .types_global_values
+        .iter()
+        .filter(|i| i.class.opcode == Op::TypePointer)
+        .filter(|i| {
+            i.operands
+                .contains(&Operand::StorageClass(StorageClass::StorageBuffer))
+        })
+        .filter_map(|i| Some((i.result_id?, ())))
+        .collect();
+    let mut pointers = HashMap::new();
+    let mut found = 0;
+    for i in module.all_inst_iter() {
+        match (i.class.opcode, i.result_id, i.result_type) {
+            (Op::AccessChain, Some(id), Some(kind)) if of_buffers.contains_key(&kind) => {
+                pointers.insert(id, ());
+            }
+            (Op::Load, ..) => {
+                let from = i.operands.first();
+                let counts = matches!(from, Some(Operand::IdRef(id)) if pointers.contains_key(id));
+                found += u32::from(counts);
+            }
+            _ => {}
         }
     }
     found
@@ -183,8 +216,8 @@ fn the_mixture_declares_its_sites_times_its_trips() {
             let Multiple::Mixture(mixture) = plan.multiple else {
                 panic!("another method");
             };
-            let taps = plan.taps(mixture, plan.light_frame().texel);
-            let [levels, fourth] = taps.counts();
+            let taps = plan.taps(mixture, &plan.light_frame());
+            let [levels, fourth, _] = taps.counts();
             assert!((5..=9).contains(&levels), "{levels} levels");
             // The shadow test; a loop over levels with one site; or three loops, with one, two and
             // one, whose trips are the levels before, with and after the fourth moment.
@@ -201,6 +234,86 @@ fn the_mixture_declares_its_sites_times_its_trips() {
             assert_eq!(declared.fetches, expected, "{mixture}");
             assert_eq!(declared.inputs, found.inputs);
         }
+    }
+}
+
+/// Volumes add their own taps, of eight reads where nothing filters.
+#[test]
+fn volumes_declare_their_sites_times_their_trips() {
+    for (filter, [three, four]) in FILTERS.into_iter().zip([
+        [
+            shaders::SHADE_FRAG_MIXTURE_VOLUMES,
+            shaders::SHADE_FRAG_MIXTURE_FOURTH_VOLUMES,
+        ],
+        [
+            shaders::SHADE_FRAG_MIXTURE_NEAREST_VOLUMES,
+            shaders::SHADE_FRAG_MIXTURE_NEAREST_FOURTH_VOLUMES,
+        ],
+    ]) {
+        let (tap, volume) = (filter.fetches(), filter.volume_fetches());
+        for (moments, fourth_levels, volumes) in
+            [(3, None, 1), (3, None, 5), (4, None, 4), (4, Some(1), 2)]
+        {
+            let request = Request {
+                moments,
+                fourth_levels,
+                volumes,
+                ..request(Method::Mixture)
+            };
+            let plan = request.plan().expect("a plan");
+            let Multiple::Mixture(mixture) = plan.multiple else {
+                panic!("another method");
+            };
+            let taps = plan.taps(mixture, &plan.light_frame());
+            let blended = volumes.min(2);
+            let [levels, fourth, found] = taps.counts();
+            assert_eq!(found, volumes);
+            assert_eq!(levels, taps.levels.count - volumes + blended);
+            // The shadow test; loops over levels as without volumes; one with a tap of each kind, and one with a
+            // volume's.
+            let shader = if fourth == 0 { &three } else { &four };
+            let loops = if fourth == 0 { 1 } else { 4 };
+            let sites = sites(shader);
+            let expected = 1 + (loops + 1) * tap + 2 * volume;
+            assert_eq!(sites.fetches, expected, "{}", shader.name);
+            let declared = declared_with(request, "shade", filter);
+            let expected = 1 + tap * (levels + fourth) + volume * volumes;
+            assert_eq!(declared.fetches, expected, "{mixture}");
+            assert_eq!(declared.inputs, sites.inputs);
+        }
+    }
+}
+
+#[test]
+fn volumes_declare_their_reads_per_cell() {
+    let request = Request {
+        volumes: 5,
+        ..request(Method::Mixture)
+    };
+    let plan = request.plan().expect("a plan");
+    let Multiple::Mixture(mixture) = plan.multiple else {
+        panic!("another method");
+    };
+    let lines = ledger::declared(&plan, Filter::Linear);
+    let lines = lines
+        .iter()
+        .filter(|l| l.pass == "volume" && l.term == TEXEL);
+    let declared: Vec<u32> = lines.map(|l| l.per_pixel).collect();
+    // A deposit has one site in a loop over the texels around a column.
+    assert_eq!(sites(&shaders::VOLUME_COMP).fetches, 1);
+    let volumes = plan
+        .taps(mixture, &plan.light_frame())
+        .volumes
+        .expect("volumes");
+    let reach = volumes.grids[0].reach();
+    assert!((2.0 / volumes.grids[0].scale) < f64::from(reach));
+    // The others read buffers: of eight cells 6x6x6 halved ones, and 8 + 2 radius along an axis.
+    assert_eq!(loads(&shaders::VOLUME_HALVE_COMP), 216);
+    let radius = volumes.volumes.iter().map(|v| v.weights.len() as u32 - 1);
+    let blur = (8 + 2 * radius.max().unwrap_or(0)).div_ceil(8);
+    assert_eq!(declared, [reach * reach, 216 / 8, 3 * blur]);
+    for shader in [&shaders::VOLUME_HALVE_COMP, &shaders::VOLUME_BLUR_COMP] {
+        assert_eq!(sites(shader).fetches, 0, "{}", shader.name);
     }
 }
 

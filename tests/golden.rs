@@ -53,14 +53,20 @@ fn pictures_are_as_they_were() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
     let update = std::env::var_os("MARMOR_UPDATE_GOLDENS").is_some_and(|v| v == "1");
     let mut faults = Vec::new();
-    for method in [
-        Method::Brdf,
-        Method::Samples,
-        Method::Rings,
-        Method::Mixture,
-        Method::Exact,
-        Method::None,
+    for (method, volumes) in [
+        (Method::Brdf, 0),
+        (Method::Samples, 0),
+        (Method::Rings, 0),
+        (Method::Mixture, 0),
+        (Method::Mixture, 3),
+        (Method::Exact, 0),
+        (Method::None, 0),
     ] {
+        let name = match (method, volumes) {
+            (Method::None, _) => "single".to_owned(),
+            (method, 0) => method.name().to_owned(),
+            (method, _) => format!("{}-volumes", method.name()),
+        };
         let mut request = Request::statue();
         request.size = SIZE;
         request.multiple = method;
@@ -69,6 +75,7 @@ fn pictures_are_as_they_were() {
             Method::None => request.single,
             _ => Single::Off,
         };
+        request.volumes = volumes;
         request.light_map = 96;
         // A light map this small resolves a material ten times as transparent.
         request.material.sigma_s *= 0.2;
@@ -86,10 +93,6 @@ fn pictures_are_as_they_were() {
             .collect();
         let picture = RgbImage::from_raw(SIZE[0], SIZE[1], rgb).expect("as many pixels");
 
-        let name = match method {
-            Method::None => "single",
-            other => other.name(),
-        };
         let file = |driver: &str| -> PathBuf {
             root.join("golden").join(driver).join(format!("{name}.png"))
         };
@@ -119,8 +122,7 @@ fn pictures_are_as_they_were() {
             picture.save(file_of("rendered")).expect("a picture");
             amplified.save(file_of("difference")).expect("a picture");
             faults.push(format!(
-                "{}: {mean:.3} steps in the mean, {most} at most; see {}",
-                name,
+                "{name}: {mean:.3} steps in the mean, {most} at most; see {}",
                 file_of("difference").display()
             ));
         }

@@ -359,8 +359,13 @@ fn mixture() {
         level_step: 2,
         ..mixture
     };
+    let with = |volumes, mixture| Mixture { volumes, ..mixture };
     for (name, mixture) in [
         ("marble", Mixture::THREE),
+        ("marble", with(3, Mixture::THREE)),
+        ("skin1", with(8, Mixture::THREE)),
+        ("ketchup", with(1, from(1))),
+        ("wholemilk", with(2, half(Mixture::FOUR))),
         ("ketchup", Mixture::THREE),
         ("spectralon", half(Mixture::THREE)),
         ("marble", Mixture::FOUR),
@@ -402,10 +407,21 @@ fn single() {
             plan.single = Single::March(March { steps, exits });
             let (twin, gpu) = compare_shading(&device, &plan);
             let what = format!("{name}, {}, g {g}", plan.single);
-            // The nearest texel of the depth buffer is not looked up at its centre, so that a few samples
-            // fall into the next.
-            let tolerance = if exits == Exits::Depth { 5e-3 } else { 5e-4 };
-            agree(&what, &twin, &gpu, tolerance);
+            // Whether there is an edge, or a way out, is a comparison: a pixel where float32 falls on the other side may
+            // differ by all that lies between two surfaces. Nearest texels, which are not looked up at
+            // their centres, have more such pixels than bilinear taps.
+            agree(&what, &twin, &gpu, 0.1);
+            let brightest = twin
+                .iter()
+                .flat_map(|p| &p[..3])
+                .copied()
+                .fold(0.0, f64::max);
+            let differs = |(t, g): &(&[f64; 4], &[f64; 4])| {
+                (0..3).any(|c| (t[c] - g[c]).abs() > 3e-4 * brightest)
+            };
+            let far = twin.iter().zip(&gpu).filter(differs).count();
+            let most = if exits == Exits::Linear { 3 } else { 20 };
+            assert!(far <= most, "{what}: {far} pixels differ");
         }
     }
 }
@@ -420,6 +436,14 @@ fn taps_of_four_texels_are_bilinear_taps() {
         Multiple::Rings(8),
         Multiple::Mixture(Mixture::THREE),
         Multiple::Mixture(Mixture::FOUR),
+        Multiple::Mixture(Mixture {
+            volumes: 4,
+            ..Mixture::THREE
+        }),
+        Multiple::Mixture(Mixture {
+            volumes: 1,
+            ..Mixture::FOUR
+        }),
     ] {
         let plan = marble([60.0, 35.0], multiple);
         let draw = |filter| {
@@ -505,6 +529,14 @@ fn frames_do_not_race_with_each_other() {
         (Multiple::Samples(8), Some(Multiple::Brdf), true),
         (Multiple::Rings(6), None, false),
         (Multiple::Mixture(Mixture::FOUR), None, false),
+        (
+            Multiple::Mixture(Mixture {
+                volumes: 4,
+                ..Mixture::FOUR
+            }),
+            Some(Multiple::Rings(8)),
+            false,
+        ),
         (
             Multiple::Mixture(Mixture::THREE),
             Some(Multiple::Rings(8)),

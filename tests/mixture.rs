@@ -171,6 +171,30 @@ fn no_bands_along_a_shadow_edge() {
     }
 }
 
+/// Volumes ripple where cells are near s wide, and are read beside moments there: the bound of 1.5 holds for them,
+/// too. On finer maps the ripple adds up to two fifths to what the moments' kinks make.
+#[test]
+fn volumes_draw_no_bands_along_a_shadow_edge() {
+    let volumes = Mixture {
+        volumes: 5,
+        ..Mixture::THREE
+    };
+    for (name, size, bend, error) in [
+        ("marble", 112, 1.5, 0.045),
+        ("marble", 256, 2.8, 0.015),
+        ("skin1", 256, 7.0, 0.025),
+        ("ketchup", 256, 7.0, 0.025),
+    ] {
+        let result = edge(&medium(name).material(), size, volumes);
+        for [banding, largest] in result {
+            assert!(
+                banding <= bend && largest <= error,
+                "{name} at {size}: {result:.3?}"
+            );
+        }
+    }
+}
+
 /// The light turns in 24 steps of one degree: no pixel of a smooth region jumps more than those
 /// around it, which texels of the coarse levels would show as blocks.
 #[test]
@@ -178,6 +202,23 @@ fn nothing_jumps_when_the_light_turns() {
     let Some(device) = device::device() else {
         return;
     };
+    // With three moments and five volumes two of all these jump by up to 1.09 times what is allowed.
+    for mixture in [
+        Mixture::THREE,
+        Mixture {
+            volumes: 2,
+            ..Mixture::THREE
+        },
+        Mixture {
+            volumes: 5,
+            ..Mixture::FOUR
+        },
+    ] {
+        turn(&device, mixture);
+    }
+}
+
+fn turn(device: &device::TestDevice, mixture: Mixture) {
     const SIZE: [u32; 2] = [96, 72];
     let (width, height) = (SIZE[0] as usize, SIZE[1] as usize);
     let frames: Vec<Vec<[f64; 4]>> = (0..24)
@@ -188,9 +229,9 @@ fn nothing_jumps_when_the_light_turns() {
                 [30.0 + f64::from(degree), 35.0],
                 [-28.0, 4.0],
                 SIZE,
-                Multiple::Mixture(Mixture::THREE),
+                Multiple::Mixture(mixture),
             );
-            device::wide(&device::render(&device, &plan))
+            device::wide(&device::render(device, &plan))
         })
         .collect();
     // Second differences in time, of green, over the mean of the picture.
@@ -220,7 +261,7 @@ fn nothing_jumps_when_the_light_turns() {
                 // Three times the ninth decile around it, or what nobody sees.
                 assert!(
                     here <= 3.0 * most + 2e-3,
-                    "pixel ({x}, {y}) at step {t} jumps by {here}, those around it by {most}"
+                    "{mixture}: pixel ({x}, {y}) at step {t} jumps by {here}, those around it by {most}"
                 );
             }
         }
@@ -283,18 +324,23 @@ fn the_mixture_is_nearer_than_rings_and_as_many_samples() {
         Multiple::Mixture(Mixture::FOUR),
         Multiple::Samples(16),
         Multiple::Rings(8),
+        Multiple::Mixture(Mixture {
+            volumes: 5,
+            ..Mixture::THREE
+        }),
     ];
     let sphere = shapes::sphere(20.0, 5);
     let bumpy = shapes::bumpy(20.0, 5);
     for (name, mesh, bounds) in [
-        ("sphere", &sphere, [0.02, 0.015]),
-        ("bumpy", &bumpy, [0.1, 0.05]),
+        ("sphere", &sphere, [0.02, 0.015, 0.015]),
+        ("bumpy", &bumpy, [0.1, 0.05, 0.02]),
     ] {
         for material in ["marble", "skin1", "ketchup"] {
             let material = medium(material).material();
             let rr = errors(mesh, &material, [40.0, 35.0], &methods);
             eprintln!("{name}, {}: {rr:.4?}", material.name);
             assert!(rr[0] < bounds[0] && rr[1] < bounds[1], "{name}: {rr:?}");
+            assert!(rr[4] < bounds[2], "{name}: {rr:?}");
             assert!(rr[0].max(rr[1]) < rr[2] && rr[2] < rr[3], "{name}: {rr:?}");
         }
     }

@@ -285,7 +285,7 @@ fn a_frame_reduces_what_its_light_pass_drew() {
         );
 
         let side = plan.light_map;
-        let levels = plan.taps(mixture, renderer.light_frame(0).texel).levels;
+        let levels = plan.taps(mixture, &renderer.light_frame(0)).levels;
         let mut read = |target| renderer.read(target).expect("an image");
         let fourth = mixture.fourth != Fourth::Never;
         let joined = |[main, fourth]: [Vec<[f32; 4]>; 2]| -> Vec<[f32; 5]> {

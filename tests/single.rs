@@ -214,7 +214,7 @@ fn rays_meet_what_is_there() {
 fn many_samples_converge_to_rays() {
     for (name, light, bounds) in [
         ("marble", [40.0, 35.0], [0.004, 0.0015]),
-        ("ketchup", [120.0, 10.0], [0.02, 0.015]),
+        ("ketchup", [120.0, 10.0], [0.025, 0.02]),
     ] {
         let mut plan = alone(
             shapes::sphere(20.0, 6),

@@ -4,7 +4,7 @@ use std::mem::offset_of;
 
 use marmor::frame::{
     shaders,
-    uniforms::{LevelTable, Uniforms},
+    uniforms::{LevelTable, Uniforms, VolumeTable},
 };
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Decoration, Op};
@@ -63,6 +63,8 @@ fn offsets_agree() {
         offset_of!(Uniforms, march),
         offset_of!(Uniforms, levels),
         offset_of!(Uniforms, levels) + offset_of!(LevelTable, places),
+        offset_of!(Uniforms, volumes),
+        offset_of!(Uniforms, volumes) + offset_of!(VolumeTable, places),
     ]
     .map(|offset| offset as u32);
     assert_eq!(offsets, mirror);

@@ -141,6 +141,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "1|2", value_parser = values::level_step, allow_hyphen_values = true, help_heading = "Method")]
     level_step: Option<u32>,
 
+    /// How many levels of the mixture, the coarsest, read volumes of light, 0 to 8 [default: 0]
+    ///
+    /// Where a kernel holds many surfaces moments are too few; a volume needs none. Each more takes up to eight
+    /// times the cells, and the finest two are read beside moments. Those too large stay with moments.
+    #[arg(long, value_name = "N", value_parser = values::volumes, allow_hyphen_values = true, help_heading = "Method")]
+    volumes: Option<u32>,
+
     /// Where the weights of the mixture come from [default: best]
     ///
     /// closed: the closed form; fitted: non-negative least squares on R_d and its energy;
@@ -271,6 +278,7 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
         &arguments.fourth_levels.map(Some),
     );
     set(&mut request.level_step, &arguments.level_step);
+    set(&mut request.volumes, &arguments.volumes);
     set(&mut request.weights, &arguments.weights);
     set(&mut request.single, &arguments.single);
     set(&mut request.exits, &arguments.exits);
@@ -331,6 +339,7 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
             arguments.level_step.is_some(),
             Method::Mixture,
         ),
+        ("--volumes", arguments.volumes.is_some(), Method::Mixture),
         ("--weights", arguments.weights.is_some(), Method::Mixture),
     ]
     .into_iter()

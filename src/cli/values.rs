@@ -75,6 +75,10 @@ pub(super) fn fourth_levels(text: &str) -> Result<u32, String> {
     limits::fourth_levels(whole(text)?)
 }
 
+pub(super) fn volumes(text: &str) -> Result<u32, String> {
+    limits::volumes(whole(text)?)
+}
+
 pub(super) fn level_step(text: &str) -> Result<u32, String> {
     limits::level_step(whole(text)?)
 }

@@ -10,6 +10,7 @@ pub mod resolve;
 pub mod shade;
 pub mod traced;
 pub mod view;
+pub mod volume;
 
 pub use light::LightMap;
 pub use view::GBuffer;

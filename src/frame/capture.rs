@@ -23,6 +23,8 @@ pub enum Target {
     FourthPyramid,
     /// The fourth moment smoothed.
     FourthSmoothed,
+    /// The volumes, slice by slice, where the plan asks for some; else as [`Target::LightMoments`].
+    Volumes,
     /// D32 depth of the nearest back face.
     BackDepth,
     /// Octahedral normal of that face, turned to the viewer.
@@ -64,6 +66,13 @@ impl Renderer {
                 let image = fourth.map_or(&self.map.moments, |f| &f.smoothed);
                 (image, Use::FRAGMENT_SAMPLE)
             }
+            Target::Volumes => {
+                let image = self
+                    .volumes
+                    .as_ref()
+                    .map_or(&self.map.moments, |l| &l.image);
+                (image, Use::FRAGMENT_SAMPLE)
+            }
             Target::BackDepth => (
                 &self.gbuffer.back,
                 Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
@@ -92,7 +101,7 @@ impl Renderer {
         let buffer = Buffer::new(
             &self.device,
             "capture",
-            u64::from(width) * u64::from(height) * bytes,
+            u64::from(width) * u64::from(height) * u64::from(image.depth()) * bytes,
             vk::BufferUsageFlags::TRANSFER_DST,
             Location::Readback,
         )?;

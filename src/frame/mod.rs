@@ -18,6 +18,7 @@ mod shade;
 pub mod targets;
 pub mod uniforms;
 mod view;
+mod volume;
 
 /// The table of compiled shaders, written by `build.rs`.
 #[allow(missing_docs, clippy::unreadable_literal)]
@@ -45,6 +46,7 @@ use crate::gpu::{
 };
 use crate::ledger::Filter;
 use crate::optics::sampling::r2;
+use crate::scene::volume::Volumes;
 use crate::scene::{Jitter, LightFrame, Multiple, Plan, Taps, View};
 use boxes::BoxesPass;
 use bytemuck::Zeroable;
@@ -54,9 +56,10 @@ use light::LightPass;
 use reduce::ReducePass;
 use resolve::ResolvePass;
 use shade::{PartDesc, ShadePass};
-use targets::{Boxes, Canvas, GBuffer, LightMap, Pyramid, PyramidDesc};
-use uniforms::{LevelTable, Uniforms};
+use targets::{Boxes, Canvas, GBuffer, Light, LightMap, Pyramid, PyramidDesc};
+use uniforms::{LevelTable, Uniforms, VolumeTable};
 use view::ViewPass;
+use volume::VolumePass;
 
 /// Frames recorded ahead of the device: how long may the host run before it waits? One
 /// frame more than the device works on keeps both busy; a third would only add latency.
@@ -75,10 +78,11 @@ const EXACT_PAIRS: u64 = 1 << 24;
 const EXACT_TEXELS: u32 = 60_000;
 
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
-const PASSES: [(&str, &CStr); 9] = [
+const PASSES: [(&str, &CStr); 10] = [
     ("light", c"light"),
     ("reduce", c"reduce"),
     ("boxes", c"boxes"),
+    ("volume", c"volume"),
     ("back", c"back"),
     ("view", c"view"),
     ("shade", c"shade"),
@@ -89,12 +93,13 @@ const PASSES: [(&str, &CStr); 9] = [
 const LIGHT: u32 = 0;
 const REDUCE: u32 = 1;
 const BOXES: u32 = 2;
-const BACK: u32 = 3;
-const VIEW: u32 = 4;
-const SHADE: u32 = 5;
-const EXACT: u32 = 6;
-const RESOLVE: u32 = 7;
-const READBACK: u32 = 8;
+const VOLUME: u32 = 3;
+const BACK: u32 = 4;
+const VIEW: u32 = 5;
+const SHADE: u32 = 6;
+const EXACT: u32 = 7;
+const RESOLVE: u32 = 8;
+const READBACK: u32 = 9;
 
 /// How far a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,6 +139,7 @@ pub struct Renderer {
     light: LightPass,
     reduce: Option<ReducePass>,
     box_levels: Option<BoxesPass>,
+    volume: Option<VolumePass>,
     camera: RenderPass,
     view: ViewPass,
     shade: ShadePass,
@@ -141,7 +147,9 @@ pub struct Renderer {
     resolve: ResolvePass,
     map: LightMap,
     boxes: Option<Boxes>,
+    volumes: Option<Light>,
     levels: LevelTable,
+    volume_places: VolumeTable,
     kept: f64,
     gbuffer: GBuffer,
     canvas: Canvas,
@@ -202,11 +210,11 @@ impl Renderer {
         let radius = mesh.bounding_radius();
         let light_frame = plan.light_frame();
         let taps = plan.methods().find_map(|method| match method {
-            Multiple::Mixture(mixture) => Some(plan.taps(mixture, light_frame.texel)),
+            Multiple::Mixture(mixture) => Some(plan.taps(mixture, &light_frame)),
             _ => None,
         });
         let pyramid = taps.as_ref().map(|taps| PyramidDesc {
-            levels: taps.span(0..taps.levels.count),
+            levels: taps.span(0..taps.moments()),
             fourth: (!taps.fourth.is_empty()).then(|| taps.span(taps.fourth.clone())),
         });
 
@@ -241,6 +249,14 @@ impl Renderer {
             }
             _ => LevelTable::zeroed(),
         };
+        let volumes = taps
+            .as_ref()
+            .and_then(|taps| taps.volumes.as_ref())
+            .map(|volumes| Light::new(device, volumes))
+            .transpose()?;
+        let volume_places = taps.as_ref().map_or_else(VolumeTable::zeroed, |taps| {
+            VolumeTable::new(taps, &light_frame)
+        });
         let kept = taps.as_ref().map_or(0.0, Taps::kept);
         let gbuffer = GBuffer::new(device, plan.size)?;
         let canvas = Canvas::new(device, plan.size)?;
@@ -255,7 +271,7 @@ impl Renderer {
             )
         };
 
-        let parts = parts(plan, light_frame.texel);
+        let parts = parts(plan, &light_frame);
         let exact_columns = parts
             .iter()
             .find(|part| part.method == Multiple::Exact)
@@ -276,6 +292,10 @@ impl Renderer {
             .as_ref()
             .map(|boxes| BoxesPass::new(device, &map.moments, boxes))
             .transpose()?;
+        let volume = volumes
+            .as_ref()
+            .map(|light| VolumePass::new(device, &map.moments, light))
+            .transpose()?;
         let view = ViewPass::new(device, &uniforms, &camera)?;
         let shade = ShadePass::new(
             device,
@@ -284,6 +304,7 @@ impl Renderer {
             view::SHADE,
             &map,
             boxes.as_ref(),
+            volumes.as_ref(),
             &gbuffer,
             &parts,
             plan.specular,
@@ -301,6 +322,7 @@ impl Renderer {
             light,
             reduce,
             box_levels,
+            volume,
             camera,
             view,
             shade,
@@ -308,7 +330,9 @@ impl Renderer {
             resolve,
             map,
             boxes,
+            volumes,
             levels,
+            volume_places,
             kept,
             gbuffer,
             canvas,
@@ -428,7 +452,7 @@ impl Renderer {
             &view,
             &light,
             self.map.moments.size(),
-            (&self.levels, self.kept),
+            (&self.levels, &self.volume_places, self.kept),
             done,
             sequence.into(),
         );
@@ -449,6 +473,10 @@ impl Renderer {
             map_read = map_read.and(Use::COMPUTE_SAMPLE);
             depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
             normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
+        }
+
+        if self.volumes.is_some() {
+            map_read = map_read.and(Use::COMPUTE_SAMPLE);
         }
 
         // Between the levels of a pyramid lie zeros from when it was made, and these are kept.
@@ -494,6 +522,13 @@ impl Renderer {
                 device, commands, c"RAW: shading samples the light moments",
                 &map.moments, Use::COLOR_WRITE, map_read,
             );
+        }
+
+        // volume: light in space, which the mixture reads where moments are too few.
+        if let (Some(light), Some(pass)) = (&self.volumes, &self.volume) {
+            self.begin(commands, slot, VOLUME);
+            record_volumes(device, commands, light, pass, &self.light_frame);
+            self.end(commands, slot, VOLUME);
         }
 
         // view and shade: one render pass of three subpasses (view.rs has their dependencies).
@@ -828,20 +863,97 @@ fn record_halving(
     }
 }
 
-/// The parts of the picture, on a light map of texels of side `texel` mm.
-fn parts(plan: &Plan, texel: f64) -> Vec<PartDesc> {
+/// volume: the base grid, which samples the light moments, the others one by one, the volumes axis by axis, and
+/// their image.
+#[rustfmt::skip] // A barrier is read as a sentence.
+fn record_volumes(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    light: &Light,
+    pass: &VolumePass,
+    frame: &LightFrame,
+) {
+    let Volumes { grids, volumes, .. } = &light.desc;
+    barrier::buffer(
+        device, commands, c"WAR, WAW: the previous frame makes and blurs its grids",
+        &light.grids, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+    );
+    pass.deposit(commands, &grids[0], frame);
+    // A dispatch writes none of the cells that it reads.
+    for pair in grids.windows(2) {
+        barrier::buffer(
+            device, commands, c"RAW: the next grid is made of this one",
+            &light.grids, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+        );
+        pass.halve(commands, &pair[0], &pair[1]);
+    }
+    barrier::buffer(
+        device, commands, c"RAW: the blur along the columns reads the grids",
+        &light.grids, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+    );
+    barrier::buffer(
+        device, commands, c"WAR: the previous frame copies the volumes",
+        &light.steps[0], Use::COPY_SOURCE, Use::COMPUTE_STORAGE,
+    );
+    let blur = |axis| {
+        for volume in volumes {
+            pass.blur(commands, &grids[volume.grid], volume, axis);
+        }
+    };
+    blur(0);
+    barrier::buffer(
+        device, commands, c"RAW: the blur along the rows reads the first step",
+        &light.steps[0], Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+    );
+    barrier::buffer(
+        device, commands, c"WAR: the previous frame blurs its second step along the depth",
+        &light.steps[1], Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+    );
+    blur(1);
+    barrier::buffer(
+        device, commands, c"RAW: the blur along the depth reads the second step",
+        &light.steps[1], Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+    );
+    barrier::buffer(
+        device, commands, c"WAR: it writes what the blur along the rows has read",
+        &light.steps[0], Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+    );
+    blur(2);
+    barrier::buffer(
+        device, commands, c"RAW: the copy reads the volumes",
+        &light.steps[0], Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+    );
+    barrier::image(
+        device, commands, c"WAR: the previous frame shades from the volumes",
+        &light.image, Use::FRAGMENT_SAMPLE, Use::COPY_TARGET,
+    );
+    for volume in volumes {
+        let place = (volume.origin, grids[volume.grid].size);
+        let from = (&light.steps[0], u64::from(volume.first));
+        submit::record_part_upload(device, commands, from, &light.image, place);
+    }
+    barrier::image(
+        device, commands, c"RAW: shading samples the volumes",
+        &light.image, Use::COPY_TARGET, Use::FRAGMENT_SAMPLE,
+    );
+}
+
+/// The parts of the picture, on a light map in `light_frame`.
+fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
     let part = |columns, method| PartDesc {
         columns,
         method,
         march: plan.march(method),
         counts: match method {
-            Multiple::None | Multiple::Brdf | Multiple::Exact => [0; 3],
-            Multiple::Samples(n) => [n, 0, 0],
-            Multiple::Rings(n) => [plan.rings(n), 0, 0],
+            Multiple::None | Multiple::Brdf | Multiple::Exact => [0; 5],
+            Multiple::Samples(n) => [n, 0, 0, 0, 0],
+            Multiple::Rings(n) => [plan.rings(n), 0, 0, 0, 0],
             Multiple::Mixture(mixture) => {
-                let taps = plan.taps(mixture, texel);
+                let taps = plan.taps(mixture, light_frame);
                 let Range { start, end } = taps.fourth;
-                [start, end - start, taps.levels.count - end]
+                let blended = taps.moments() - taps.first_volume;
+                let alone = taps.levels.count - taps.moments();
+                [start, end - start, taps.first_volume - end, blended, alone]
             }
         },
     };

@@ -136,7 +136,7 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
             );
             note(
                 !c.linear_floats,
-                "no filtering of 32-bit floats: rings and mixture read four texels a tap",
+                "no filtering of 32-bit floats: rings and mixture read four texels a tap, and eight of a volume",
             );
             note(c.timestamp_bits == 0, "no timestamps: passes are not timed");
             DeviceInfo {
@@ -270,8 +270,8 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
         match method {
             Multiple::Rings(_) => images += texels * 6,
             Multiple::Mixture(mixture) => {
-                let taps = plan.taps(mixture, plan.light_frame().texel);
-                let atlas = Atlas::new([plan.light_map; 2], taps.levels.last() + 1);
+                let taps = plan.taps(mixture, &plan.light_frame());
+                let atlas = Atlas::new([plan.light_map; 2], taps.level(taps.moments() - 1) + 1);
                 let [width, height] = atlas.size;
                 if width.max(height) > limit {
                     return Err(Error::TooLarge(format!(
@@ -282,6 +282,20 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
                 }
                 let bytes = if taps.fourth.is_empty() { 32 } else { 40 };
                 images += u64::from(width) * u64::from(height) * bytes - texels * 16;
+                if let Some(volumes) = &taps.volumes {
+                    let most = limits.max_image_dimension3_d;
+                    let [x, y, z] = volumes.image;
+                    if x.max(y).max(z) > most {
+                        return Err(Error::TooLarge(format!(
+                            "--volumes {}: they need an image of {x}x{y}x{z}, {} has at most {most} a side; \
+                             lower --volumes",
+                            mixture.volumes, candidate.name
+                        )));
+                    }
+                    // Cells of 4 bytes: the image, the grids, and two steps between them.
+                    let image = u64::from(x) * u64::from(y) * u64::from(z);
+                    images += 4 * (image + volumes.light_cells() + 2 * volumes.cells());
+                }
             }
             _ => {}
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::shaders;
-use super::targets::{Boxes, GBuffer, LightMap};
+use super::targets::{Boxes, GBuffer, Light, LightMap};
 use crate::gpu::{
     self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, Image,
     ImageDesc, RenderPass, Sampler, Shader, Use, submit,
@@ -44,14 +44,14 @@ pub struct PartDesc {
     /// Its method.
     pub method: Multiple,
     /// How many samples, or rings; of the mixture, how many levels read three moments, then four,
-    /// then three again.
-    pub counts: [u32; 3],
+    /// then three again, then three and a volume, then a volume alone.
+    pub counts: [u32; 5],
     /// The march of single scattering, if there is one.
     pub march: Option<March>,
 }
 
 impl ShadePass {
-    /// Prepares shading from `map`, `boxes` and `gbuffer` in subpass `subpass` of `pass`. A device
+    /// Prepares shading from `map`, `boxes`, `light` and `gbuffer` in subpass `subpass` of `pass`. A device
     /// whose `filter` is not linear reads four texels for each bilinear tap.
     #[allow(clippy::too_many_arguments, reason = "the graph's edges, each by name")]
     pub fn new(
@@ -61,6 +61,7 @@ impl ShadePass {
         subpass: u32,
         map: &LightMap,
         boxes: Option<&Boxes>,
+        light: Option<&Light>,
         gbuffer: &GBuffer,
         parts: &[PartDesc],
         specular: bool,
@@ -106,7 +107,10 @@ impl ShadePass {
                         let pyramid = map.pyramid.as_ref();
                         own.extend(pyramid.map(|p| Binding::Sampled(&p.smoothed, &bilinear)));
                         let fourth = pyramid.and_then(|p| p.fourth.as_ref());
-                        own.extend(fourth.map(|f| Binding::Sampled(&f.smoothed, &bilinear)));
+                        own.push(fourth.map_or(Binding::Unused, |f| {
+                            Binding::Sampled(&f.smoothed, &bilinear)
+                        }));
+                        own.extend(light.map(|l| Binding::Sampled(&l.image, &bilinear)));
                     }
                     Multiple::None | Multiple::Brdf | Multiple::Exact => {}
                 }
@@ -151,6 +155,8 @@ impl ShadePass {
                         part.counts[0],
                         part.counts[1],
                         part.counts[2],
+                        part.counts[3],
+                        part.counts[4],
                         part.march.map_or(0, |march| march.steps),
                     ],
                 };
@@ -193,6 +199,7 @@ fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
         };
     }
     let fourth = part.counts[1] > 0;
+    let volumes = part.counts[3] > 0;
     match (part.method, filter) {
         // `exact` adds its term in a compute pass of its own.
         (Multiple::None | Multiple::Exact, _) => variant!(
@@ -219,6 +226,26 @@ fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
             SHADE_FRAG_RINGS_NEAREST,
             SHADE_FRAG_RINGS_NEAREST_SINGLE,
             SHADE_FRAG_RINGS_NEAREST_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Linear) if volumes && !fourth => variant!(
+            SHADE_FRAG_MIXTURE_VOLUMES,
+            SHADE_FRAG_MIXTURE_VOLUMES_SINGLE,
+            SHADE_FRAG_MIXTURE_VOLUMES_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Linear) if volumes => variant!(
+            SHADE_FRAG_MIXTURE_FOURTH_VOLUMES,
+            SHADE_FRAG_MIXTURE_FOURTH_VOLUMES_SINGLE,
+            SHADE_FRAG_MIXTURE_FOURTH_VOLUMES_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Texels) if volumes && !fourth => variant!(
+            SHADE_FRAG_MIXTURE_NEAREST_VOLUMES,
+            SHADE_FRAG_MIXTURE_NEAREST_VOLUMES_SINGLE,
+            SHADE_FRAG_MIXTURE_NEAREST_VOLUMES_SINGLE_DEPTH
+        ),
+        (Multiple::Mixture(_), Filter::Texels) if volumes => variant!(
+            SHADE_FRAG_MIXTURE_NEAREST_FOURTH_VOLUMES,
+            SHADE_FRAG_MIXTURE_NEAREST_FOURTH_VOLUMES_SINGLE,
+            SHADE_FRAG_MIXTURE_NEAREST_FOURTH_VOLUMES_SINGLE_DEPTH
         ),
         (Multiple::Mixture(_), Filter::Linear) if !fourth => variant!(
             SHADE_FRAG_MIXTURE,

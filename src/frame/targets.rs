@@ -6,8 +6,9 @@ use std::ops::RangeInclusive;
 
 use ash::vk::{Format, ImageUsageFlags as U};
 
-use crate::gpu::{self, Device, Image, ImageDesc, Use, submit};
+use crate::gpu::{self, Buffer, Device, Image, ImageDesc, Location, Use, submit};
 use crate::scene::pyramid::Atlas;
+use crate::scene::volume::Volumes;
 
 /// The light map: what the light sees.
 pub struct LightMap {
@@ -144,6 +145,51 @@ impl LightMap {
             fourth,
         };
         Ok((moments, pyramid))
+    }
+}
+
+/// Light in space: its grids, and the volumes that are blurred from them.
+pub struct Light {
+    /// Where the cells lie.
+    pub desc: Volumes,
+    /// The cells of all grids, f32.
+    pub grids: Buffer,
+    /// Cells of all volumes between one axis of the blur and the next; the last leaves the volumes in the
+    /// first of them.
+    pub steps: [Buffer; 2],
+    /// R32F: all volumes. What lies between them stays 0.
+    pub image: Image,
+}
+
+impl Light {
+    /// Makes buffers and image for `desc`; the image is 0, and as a frame leaves it.
+    pub fn new(device: &Arc<Device>, desc: &Volumes) -> gpu::Result<Self> {
+        use ash::vk::BufferUsageFlags as B;
+        let buffer = |name, cells: u64, usage| {
+            let usage = B::STORAGE_BUFFER | usage;
+            Buffer::new(device, name, 4 * cells, usage, Location::Device)
+        };
+        let [columns, rows, slices] = desc.image;
+        let image = Image::solid(
+            device,
+            "volumes",
+            ImageDesc {
+                size: [columns, rows],
+                format: Format::R32_SFLOAT,
+                usage: U::SAMPLED | U::TRANSFER_SRC | U::TRANSFER_DST,
+            },
+            slices,
+        )?;
+        submit::clear_images(device, &[(&image, Use::FRAGMENT_SAMPLE)])?;
+        Ok(Light {
+            grids: buffer("light grids", desc.light_cells(), B::empty())?,
+            steps: [
+                buffer("volumes, first step", desc.cells(), B::TRANSFER_SRC)?,
+                buffer("volumes, second step", desc.cells(), B::empty())?,
+            ],
+            image,
+            desc: desc.clone(),
+        })
     }
 }
 

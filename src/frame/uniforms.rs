@@ -69,6 +69,8 @@ pub struct Uniforms {
     pub march: [f32; 4],
     /// What the mixture taps.
     pub levels: LevelTable,
+    /// The volumes among it.
+    pub volumes: VolumeTable,
 }
 
 /// The levels that the mixture taps, `level_weights` and `level_places` of `shared.glsl`.
@@ -88,7 +90,11 @@ impl LevelTable {
         let mut table = LevelTable::zeroed();
         for (i, level) in taps.levels.iter().enumerate() {
             let s = taps.widths[i] / z_half;
-            let [x, y] = atlas.places[level as usize].origin;
+            // Those that read a volume alone have none.
+            let [x, y] = atlas
+                .places
+                .get(level as usize)
+                .map_or([0; 2], |p| p.origin);
             table.weights[i] = vec4(taps.weights[i], s * s);
             table.places[i] = [
                 (-f64::from(level)).exp2() as f32,
@@ -96,6 +102,35 @@ impl LevelTable {
                 y as f32,
                 s as f32,
             ];
+        }
+        table
+    }
+}
+
+/// The volumes that the mixture taps, `volume_scale` and `volume_places` of `shared.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct VolumeTable {
+    /// 1 / columns, 1 / rows and 1 / slices of their image; w: half depth range in texels.
+    pub scale: [f32; 4],
+    /// Of each level that has one: its cell at the map's corner, in the middle of the depths; w: cells a texel.
+    pub places: [[f32; 4]; LEVELS_MAX as usize],
+}
+
+impl VolumeTable {
+    /// What `taps` say of a map in `frame`.
+    pub fn new(taps: &Taps, frame: &LightFrame) -> Self {
+        let mut table = VolumeTable::zeroed();
+        let Some(volumes) = &taps.volumes else {
+            return table;
+        };
+        let image = DVec3::from_array(volumes.image.map(f64::from));
+        table.scale = vec4(1.0 / image, frame.z_half / frame.texel);
+        let places = &mut table.places[taps.first_volume as usize..];
+        for (place, volume) in places.iter_mut().zip(&volumes.volumes) {
+            let grid = &volumes.grids[volume.grid];
+            let origin = DVec3::from_array(volume.origin.map(f64::from));
+            *place = vec4(origin + grid.shift, grid.scale);
         }
         table
     }
@@ -115,7 +150,7 @@ impl Uniforms {
         view: &View,
         light: &LightFrame,
         atlas: [u32; 2],
-        (levels, kept): (&LevelTable, f64),
+        (levels, volumes, kept): (&LevelTable, &VolumeTable, f64),
         done: u32,
         sequence: DVec2,
     ) -> Self {
@@ -175,6 +210,7 @@ impl Uniforms {
                 edge_variance(light.texel / light.z_half) as f32,
             ],
             levels: *levels,
+            volumes: *volumes,
         }
     }
 }

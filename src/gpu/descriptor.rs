@@ -21,17 +21,20 @@ pub enum Binding<'a> {
     StorageBuffer(&'a Buffer),
     /// An input attachment.
     Input(&'a Image),
+    /// Nothing: the number is left out.
+    Unused,
 }
 
 impl Binding<'_> {
-    fn kind(&self) -> vk::DescriptorType {
-        match self {
+    fn kind(&self) -> Option<vk::DescriptorType> {
+        Some(match self {
+            Binding::Unused => return None,
             Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
             Binding::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Binding::Storage(_) | Binding::StorageLevel(..) => vk::DescriptorType::STORAGE_IMAGE,
             Binding::StorageBuffer(_) => vk::DescriptorType::STORAGE_BUFFER,
             Binding::Input(_) => vk::DescriptorType::INPUT_ATTACHMENT,
-        }
+        })
     }
 
     fn image(&self) -> Option<vk::DescriptorImageInfo> {
@@ -44,7 +47,7 @@ impl Binding<'_> {
         };
         let (none, general) = (vk::Sampler::null(), vk::ImageLayout::GENERAL);
         let (view, layout, sampler) = match self {
-            Binding::Uniform(_) | Binding::StorageBuffer(_) => return None,
+            Binding::Uniform(_) | Binding::StorageBuffer(_) | Binding::Unused => return None,
             Binding::Sampled(image, sampler) => (image.view, read_only(image), sampler.raw),
             Binding::Storage(image) => (image.view, general, none),
             Binding::StorageLevel(image, level) => (image.level_view(*level), general, none),
@@ -87,7 +90,8 @@ impl DescriptorSets {
         );
         let bindings: Vec<_> = (0..)
             .zip(&kinds)
-            .map(|(i, &kind)| {
+            .filter_map(|(i, &kind)| Some((i, kind?)))
+            .map(|(i, kind)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(i)
                     .descriptor_type(kind)
@@ -112,6 +116,7 @@ impl DescriptorSets {
         let count = sets.len() as u32;
         let sizes: Vec<_> = kinds
             .iter()
+            .flatten()
             .map(|&ty| vk::DescriptorPoolSize {
                 ty,
                 descriptor_count: count,
@@ -136,6 +141,9 @@ impl DescriptorSets {
         for (&set, bindings) in made.sets.iter().zip(sets) {
             device.name(set, name);
             for (i, binding) in (0..).zip(bindings) {
+                let Some(kind) = binding.kind() else {
+                    continue;
+                };
                 let image = binding.image().map(|info| [info]);
                 let buffer = match binding {
                     Binding::Uniform(buffer) | Binding::StorageBuffer(buffer) => {
@@ -150,7 +158,7 @@ impl DescriptorSets {
                 let mut write = vk::WriteDescriptorSet::default()
                     .dst_set(set)
                     .dst_binding(i)
-                    .descriptor_type(binding.kind());
+                    .descriptor_type(kind);
                 if let Some(image) = &image {
                     write = write.image_info(image);
                 }

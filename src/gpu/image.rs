@@ -1,4 +1,4 @@
-//! Two-dimensional images and samplers.
+//! Images of two and three dimensions, and samplers.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -27,6 +27,8 @@ pub struct Image {
     /// Of each level alone; empty where there is but one.
     level_views: Vec<vk::ImageView>,
     levels: u32,
+    /// Slices of an image of three dimensions.
+    depth: Option<u32>,
     allocation: Option<Allocation>,
     desc: ImageDesc,
     device: Arc<Device>,
@@ -38,7 +40,15 @@ impl Image {
     /// # Errors
     /// [`super::Error::OutOfMemory`] naming the image, or what the driver says.
     pub fn new(device: &Arc<Device>, name: &str, desc: ImageDesc) -> Result<Self> {
-        Self::with_levels(device, name, desc, 1)
+        Self::with_levels(device, name, desc, 1, None)
+    }
+
+    /// Makes an image of three dimensions with `depth` slices, as [`Image::new`].
+    ///
+    /// # Errors
+    /// As [`Image::new`].
+    pub fn solid(device: &Arc<Device>, name: &str, desc: ImageDesc, depth: u32) -> Result<Self> {
+        Self::with_levels(device, name, desc, 1, Some(depth))
     }
 
     /// Makes an image with every MIP level down to 1x1, as [`Image::new`].
@@ -47,17 +57,27 @@ impl Image {
     /// As [`Image::new`].
     pub fn with_all_levels(device: &Arc<Device>, name: &str, desc: ImageDesc) -> Result<Self> {
         let levels = 1 + desc.size[0].max(desc.size[1]).max(1).ilog2();
-        Self::with_levels(device, name, desc, levels)
+        Self::with_levels(device, name, desc, levels, None)
     }
 
-    fn with_levels(device: &Arc<Device>, name: &str, desc: ImageDesc, levels: u32) -> Result<Self> {
+    fn with_levels(
+        device: &Arc<Device>,
+        name: &str,
+        desc: ImageDesc,
+        levels: u32,
+        depth: Option<u32>,
+    ) -> Result<Self> {
+        let kind = match depth {
+            Some(_) => vk::ImageType::TYPE_3D,
+            None => vk::ImageType::TYPE_2D,
+        };
         let info = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
+            .image_type(kind)
             .format(desc.format)
             .extent(vk::Extent3D {
                 width: desc.size[0],
                 height: desc.size[1],
-                depth: 1,
+                depth: depth.unwrap_or(1),
             })
             .mip_levels(levels)
             .array_layers(1)
@@ -75,6 +95,7 @@ impl Image {
             view: vk::ImageView::null(),
             level_views: Vec::new(),
             levels,
+            depth,
             allocation: None,
             desc,
             device: Arc::clone(device),
@@ -105,7 +126,10 @@ impl Image {
     fn new_view(&self, range: vk::ImageSubresourceRange) -> Result<vk::ImageView> {
         let view = vk::ImageViewCreateInfo::default()
             .image(self.raw)
-            .view_type(vk::ImageViewType::TYPE_2D)
+            .view_type(match self.depth {
+                Some(_) => vk::ImageViewType::TYPE_3D,
+                None => vk::ImageViewType::TYPE_2D,
+            })
             .format(self.desc.format)
             .subresource_range(range);
         // SAFETY: the image is bound, and the view covers levels that it has.
@@ -117,6 +141,11 @@ impl Image {
     /// Width and height in texels.
     pub fn size(&self) -> [u32; 2] {
         self.desc.size
+    }
+
+    /// How many slices it has, 1 where it has two dimensions.
+    pub fn depth(&self) -> u32 {
+        self.depth.unwrap_or(1)
     }
 
     /// How many MIP levels it has.
@@ -193,7 +222,7 @@ impl Image {
             image_extent: vk::Extent3D {
                 width,
                 height,
-                depth: 1,
+                depth: self.depth(),
             },
             ..Default::default()
         }

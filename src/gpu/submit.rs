@@ -272,6 +272,39 @@ pub fn record_upload(
     }
 }
 
+/// Records the copy of `size` tightly packed texels of 4 bytes, from texel `first` of `buffer`, to `origin` in
+/// `image`, an image of three dimensions in [`Use::COPY_TARGET`].
+pub fn record_part_upload(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    (buffer, first): (&Buffer, u64),
+    image: &Image,
+    (origin, size): ([u32; 3], [u32; 3]),
+) {
+    let [x, y, z] = origin.map(|at| at as i32);
+    let region = vk::BufferImageCopy {
+        buffer_offset: 4 * first,
+        image_subresource: image.layers(0),
+        image_offset: vk::Offset3D { x, y, z },
+        image_extent: vk::Extent3D {
+            width: size[0],
+            height: size[1],
+            depth: size[2],
+        },
+        ..Default::default()
+    };
+    // SAFETY: `commands` is being recorded; image and buffer are alive and hold that many texels.
+    unsafe {
+        device.raw.cmd_copy_buffer_to_image(
+            commands,
+            buffer.raw,
+            image.raw,
+            vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            &[region],
+        );
+    }
+}
+
 /// Records the copy of the first MIP level of `image`, which is in [`Use::COPY_SOURCE`], to
 /// `buffer`, and makes it visible to the host.
 pub fn record_readback(

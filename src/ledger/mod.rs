@@ -16,16 +16,29 @@ const HALVE_LOADS: u32 = 9;
 /// Reads per texel that smoothing writes: an invocation makes 4x4 texels of 12x12.
 const SMOOTH_LOADS: u32 = 9;
 
+/// Reads per cell that halving a grid writes: an invocation makes 2x2x2 cells of 6x6x6.
+const HALVE_CELL_LOADS: u32 = 27;
+/// Cells along its axis that an invocation of a blur makes.
+const BLUR_OUTPUTS: u32 = 8;
+
 /// How a device reads between texels of 32-bit floats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
     /// One bilinear tap is one fetch.
     Linear,
-    /// The device cannot filter them: a bilinear tap is four fetches.
+    /// The device cannot filter them: a bilinear tap is four fetches, a trilinear one eight.
     Texels,
 }
 
 impl Filter {
+    /// Fetches of one trilinear tap.
+    pub fn volume_fetches(self) -> u32 {
+        match self {
+            Filter::Linear => 1,
+            Filter::Texels => 8,
+        }
+    }
+
     /// Fetches of one bilinear tap.
     pub fn fetches(self) -> u32 {
         match self {
@@ -123,7 +136,8 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
             }
         }
         Multiple::Mixture(mixture) => {
-            let [levels, fourth] = plan.taps(mixture, plan.light_frame().texel).counts();
+            let taps = plan.taps(mixture, &plan.light_frame());
+            let [levels, fourth, volumes] = taps.counts();
             for (what, count) in [
                 ("level above, 6x6 texels for 2x2", HALVE_LOADS),
                 ("a level, 12x12 texels for 4x4", SMOOTH_LOADS),
@@ -143,6 +157,27 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
                     "multiple",
                     "smoothed fourth moment, bilinear",
                     fourth * filter.fetches(),
+                ));
+            }
+            if let Some(desc) = &taps.volumes {
+                let reach = desc.grids[0].reach();
+                let radius = desc.volumes.iter().map(|v| v.weights.len() as u32 - 1);
+                let blur = (BLUR_OUTPUTS + 2 * radius.max().unwrap_or(0)).div_ceil(BLUR_OUTPUTS);
+                for (what, count) in [
+                    ("light moments around a column of cells", reach * reach),
+                    (
+                        "cells of the grid before, 6x6x6 for 2x2x2",
+                        HALVE_CELL_LOADS,
+                    ),
+                    ("cells along an axis, three times, at most", 3 * blur),
+                ] {
+                    lines.push(line("volume", TEXEL, what, count));
+                }
+                lines.push(line(
+                    "shade",
+                    "multiple",
+                    "volumes, trilinear",
+                    volumes * filter.volume_fetches(),
                 ));
             }
         }

@@ -275,13 +275,15 @@ impl Row {
 /// relative to R_d where r^2 R_d, the light per ln r, is near its peak, and to a constant where
 /// it is below a tenth of it. Otherwise a peak narrower than the finest level, or a tail without
 /// light, would spoil the rest. The light outside a circle of radius r is also what a slab of that
-/// thickness lets through, so its errors count relative to itself down to a hundredth of R_tot: with
-/// absolute ones, a disc of ketchup 2 mm thick was 17 % off, and now is 10 %.
+/// thickness lets through, so its errors count relative to itself, down to three hundredths of alpha' R_tot: with
+/// absolute ones a disc of ketchup 2 mm thick was 17 % off, and now is 6 %. It is paid for by R, whose ripple
+/// in ketchup is 11 % of the peak where 10 % could be had.
 fn rows(dipole: &Dipole, widths: &[f64]) -> [Vec<Row>; 2] {
     const SAMPLES: u32 = 48;
     const FLOOR: f64 = 0.1;
-    const ENERGY: [f64; 2] = [0.2, 0.002];
+    const ENERGY: [f64; 2] = [0.2, 0.006];
     let total = dipole.total();
+    let floor = ENERGY[1] * dipole.alpha_prime;
     let near = 0.1 * dipole.z_r;
     // Beyond 5 s of the coarsest level there is nothing left to fit with. A decade of radii is
     // kept even where one level alone is narrower than the profile.
@@ -304,7 +306,7 @@ fn rows(dipole: &Dipole, widths: &[f64]) -> [Vec<Row>; 2] {
         });
         // What a slab of thickness r lets through.
         let outside = dipole.phi(r * r) / total;
-        let scale = 1.0 / (ENERGY[0] * outside + ENERGY[1]);
+        let scale = 1.0 / (ENERGY[0] * outside + floor);
         of_energy.push(Row {
             columns: gaussians.iter().map(|g| scale * g).collect(),
             target: scale * outside,
@@ -659,7 +661,7 @@ mod tests {
             // below 2 %, nor ketchup's blue below 5.4 %. What is summed over a surface is better:
             // edges, and what a slab of thickness r lets through.
             let absorbing = dipole.sigma_tr * dipole.z_r >= 0.4;
-            let most = if absorbing { 0.1 } else { 0.075 };
+            let most = if absorbing { 0.115 } else { 0.075 };
             let (worst, rms) = (worst / peak, squares.sqrt() / peak);
             assert!(worst < most && rms < 0.36 * most, "{name}: {worst} {rms}");
             for r in spaced(0.01 * dipole.z_r, far, 60) {
@@ -680,12 +682,12 @@ mod tests {
             }
             let centre = profile(widths, &values, 0.0) / dipole.r_d(0.0) - 1.0;
             assert!(
-                centre.abs() < if absorbing { 0.13 } else { 0.04 },
+                centre.abs() < if absorbing { 0.18 } else { 0.04 },
                 "{name}: {centre}"
             );
             for u in spaced(0.01 * dipole.z_r, far, 60) {
                 let error = edge(widths, &values, u) - dipole.beyond(u);
-                let most = if absorbing { 0.0065 } else { 0.002 };
+                let most = if absorbing { 0.007 } else { 0.002 };
                 assert!(error.abs() < most * dipole.total(), "{name} {u}: {error}");
             }
         });
@@ -700,7 +702,7 @@ mod tests {
             let values = weights(dipole, widths, Fit::LeastSquares).values;
             for u in spaced(0.01 * dipole.z_r, 10.0 / dipole.sigma_tr, 60) {
                 let error = edge(widths, &values, u) - dipole.beyond(u);
-                assert!(error.abs() < 0.11 * dipole.total(), "{name} {u}: {error}");
+                assert!(error.abs() < 0.115 * dipole.total(), "{name} {u}: {error}");
             }
         });
     }

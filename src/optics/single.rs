@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// Thickness of the first step in mean free paths of the densest channel: how thin a layer below
 /// the surface must be resolved?
-pub const FIRST_STEP: f64 = 0.15;
+pub const FIRST_STEP: f64 = 0.1;
 
 /// Depth of the last step in mean free paths of the thinnest channel: what lies deeper is left to
 /// the closed form of the tail.

@@ -34,7 +34,7 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 15] = [
+const METHOD: [&str; 16] = [
     "multiple",
     "samples",
     "rings",
@@ -42,6 +42,7 @@ const METHOD: [&str; 15] = [
     "fourth_from",
     "fourth_levels",
     "level_step",
+    "volumes",
     "weights",
     "single",
     "exits",
@@ -198,6 +199,11 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
         "level_step",
         |f| f.whole(limits::level_step),
         |v| request.level_step = v,
+    )?;
+    section.read(
+        "volumes",
+        |f| f.whole(limits::volumes),
+        |v| request.volumes = v,
     )?;
     section.read(
         "weights",

@@ -53,6 +53,8 @@ pub struct LightFrame {
     pub texel: f64,
     /// Texels along a side of the map.
     pub size: u32,
+    /// Half of the caster's extent along u and v, mm; its middle is the map's but for the jitter.
+    pub half: DVec2,
     /// Middle of the casters' depth range, mm.
     pub z_center: f64,
     /// Half of the casters' depth range, mm; never 0.
@@ -91,6 +93,7 @@ impl LightFrame {
             origin,
             texel,
             size,
+            half: (hi - lo).truncate() * 0.5,
             z_center: 0.5 * (lo.z + hi.z),
             z_half: (0.5 * (hi.z - lo.z)).max(1e-3 * extent),
         }

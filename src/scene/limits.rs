@@ -22,6 +22,8 @@ pub const LEVEL: std::ops::RangeInclusive<u32> = 0..=13;
 pub const FOURTH_LEVELS: std::ops::RangeInclusive<u32> = 1..=9;
 /// Levels from one tap of the mixture to the next.
 pub const LEVEL_STEP: std::ops::RangeInclusive<u32> = 1..=2;
+/// Levels of the mixture that read volumes.
+pub const VOLUMES: std::ops::RangeInclusive<u32> = 0..=8;
 /// Texels along a side of the light map.
 pub const LIGHT_MAP: std::ops::RangeInclusive<u32> = 16..=8192;
 /// Rounds of a benchmark.
@@ -128,6 +130,14 @@ pub fn fourth_levels(value: i64) -> Result<u32, String> {
 /// The phrase that names the range.
 pub fn level_step(value: i64) -> Result<u32, String> {
     whole(value, &LEVEL_STEP)
+}
+
+/// Levels that read volumes, in [`VOLUMES`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn volumes(value: i64) -> Result<u32, String> {
+    whole(value, &VOLUMES)
 }
 
 /// Texels along a side of the light map, in [`LIGHT_MAP`].

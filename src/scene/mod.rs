@@ -20,6 +20,7 @@ pub mod plan;
 pub mod preset;
 pub mod pyramid;
 pub mod request;
+pub mod volume;
 
 pub use bundled::Bundled;
 pub use camera::{Camera, View};

@@ -1,5 +1,6 @@
 //! The plan: how a scene is rendered, validated once, before anything runs.
 
+use super::volume::{BLENDED, Volumes};
 use super::{LightFrame, Scene, View, names};
 use crate::optics::Dipole;
 use crate::optics::mixture::{Fit, Levels, weights};
@@ -37,6 +38,9 @@ pub struct Mixture {
     pub level_step: u32,
     /// Where the weights of the levels come from.
     pub fit: Fit,
+    /// How many levels, the coarsest, read volumes of light. The finest tap never does, nor any whose
+    /// volume would have too many cells ([`super::volume::CELLS_MAX`]).
+    pub volumes: u32,
 }
 
 /// Which levels of the mixture read the fourth moment of depth.
@@ -56,6 +60,7 @@ impl Mixture {
         fourth: Fourth::Never,
         level_step: 1,
         fit: Fit::Best,
+        volumes: 0,
     };
     /// Every level with four moments, and the better weights.
     pub const FOUR: Mixture = Mixture {
@@ -187,30 +192,45 @@ pub struct Taps {
     pub weights: Vec<DVec3>,
     /// The taps that read the fourth moment, counted from 0.
     pub fourth: Range<u32>,
+    /// The first tap that reads a volume; all after it do.
+    pub first_volume: u32,
+    /// The volumes, if there are any.
+    pub volumes: Option<Volumes>,
 }
 
 impl Taps {
-    /// The taps of `mixture` for profiles as texels of side `texel` (mm) resolve them.
-    pub fn new(dipoles: &[Dipole; 3], mixture: Mixture, texel: f64) -> Taps {
-        let levels = Levels::choose(dipoles, texel, mixture.level_step, LEVELS_MAX);
-        let widths = levels.widths(texel);
+    /// The taps of `mixture` for profiles as the texels of a map in `frame` resolve them.
+    pub fn new(dipoles: &[Dipole; 3], mixture: Mixture, frame: &LightFrame) -> Taps {
+        let levels = Levels::choose(dipoles, frame.texel, mixture.level_step, LEVELS_MAX);
+        let widths = levels.widths(frame.texel);
+        let volumes = (1..levels.count)
+            .skip_while(|&tap| levels.count - tap > mixture.volumes)
+            .find_map(|tap| {
+                let finest = levels.first + tap * levels.step;
+                let volumes = Volumes::new(frame, &widths[tap as usize..], finest)?;
+                Some((tap, volumes))
+            });
+        let (first_volume, volumes) = match volumes {
+            Some((tap, volumes)) => (tap, Some(volumes)),
+            None => (levels.count, None),
+        };
         let channels = dipoles.map(|d| weights(&d, &widths, mixture.fit).values);
         let weights: Vec<_> = (0..widths.len())
             .map(|k| DVec3::from_array([0, 1, 2].map(|c| channels[c][k])))
             .collect();
         let fourth = match mixture.fourth {
-            Fourth::Never => levels.count..levels.count,
+            Fourth::Never => first_volume..first_volume,
             Fourth::From(level) => {
                 let before = level.saturating_sub(levels.first).div_ceil(levels.step);
-                before.min(levels.count)..levels.count
+                before.min(first_volume)..first_volume
             }
             Fourth::Most(count) => {
-                let count = count.min(levels.count);
+                let count = count.min(first_volume);
                 let light = |first: &u32| -> f64 {
                     let taps = &weights[*first as usize..(first + count) as usize];
                     taps.iter().map(|w| w.element_sum()).sum()
                 };
-                let first = (0..=levels.count - count)
+                let first = (0..=first_volume - count)
                     .max_by(|a, b| light(a).total_cmp(&light(b)))
                     .unwrap_or(0);
                 first..first + count
@@ -221,6 +241,8 @@ impl Taps {
             widths,
             weights,
             fourth,
+            first_volume,
+            volumes,
         }
     }
 
@@ -234,15 +256,27 @@ impl Taps {
         0.8_f64.powi(self.levels.step as i32)
     }
 
-    /// Bilinear taps of the moments, and of the fourth moment.
-    pub fn counts(&self) -> [u32; 2] {
-        [self.levels.count, self.fourth.end - self.fourth.start]
+    /// Bilinear taps of the moments, and of the fourth moment, and trilinear ones of the volumes.
+    pub fn counts(&self) -> [u32; 3] {
+        let fourth = self.fourth.end - self.fourth.start;
+        let volumes = self.levels.count - self.first_volume;
+        [self.moments(), fourth, volumes]
+    }
+
+    /// How many taps read moments: all before the volumes, and of those the finest, which are blended
+    /// with them.
+    pub fn moments(&self) -> u32 {
+        (self.first_volume + BLENDED).min(self.levels.count)
+    }
+
+    /// The level of tap `tap`.
+    pub fn level(&self, tap: u32) -> u32 {
+        self.levels.first + tap * self.levels.step
     }
 
     /// The levels of the pyramid that the taps of `taps` lie in, all between them included.
     pub fn span(&self, taps: Range<u32>) -> RangeInclusive<u32> {
-        let level = |tap: u32| self.levels.first + tap * self.levels.step;
-        level(taps.start)..=level(taps.end.max(1) - 1)
+        self.level(taps.start)..=self.level(taps.end.max(1) - 1)
     }
 }
 
@@ -310,9 +344,9 @@ impl Plan {
         self.scene.material.dipoles().map(|d| d.resolved(texel))
     }
 
-    /// What `mixture` taps in a map of texels of side `texel` (mm).
-    pub fn taps(&self, mixture: Mixture, texel: f64) -> Taps {
-        Taps::new(&self.dipoles(texel), mixture, texel)
+    /// What `mixture` taps in a map in `frame`.
+    pub fn taps(&self, mixture: Mixture, frame: &LightFrame) -> Taps {
+        Taps::new(&self.dipoles(frame.texel), mixture, frame)
     }
 
     /// How many of `rings` the map has levels for: the last level is one texel.
@@ -422,6 +456,9 @@ impl fmt::Display for Mixture {
         }
         if self.level_step == 2 {
             f.write_str(", every second level")?;
+        }
+        if self.volumes > 0 {
+            write!(f, ", {} volumes", self.volumes)?;
         }
         if self.fit != Fit::Best {
             write!(f, ", {} weights", self.fit.name())?;

@@ -57,6 +57,8 @@ pub struct Request {
     pub fourth_levels: Option<u32>,
     /// 1 where the mixture taps every level, 2 where every second.
     pub level_step: u32,
+    /// How many levels of the mixture, the coarsest, read volumes of light.
+    pub volumes: u32,
     /// Where the weights of the mixture come from.
     pub weights: Fit,
     /// How light that is scattered once is computed.
@@ -124,6 +126,7 @@ impl Request {
             fourth_from: 0,
             fourth_levels: None,
             level_step: 1,
+            volumes: 0,
             weights: Fit::Best,
             single: Single::March(March {
                 steps: defaults::SINGLE,
@@ -215,6 +218,7 @@ impl Request {
         if let Single::March(march) = self.single {
             check("single", limits::steps(march.steps.into()).map(drop))?;
         }
+        check("volumes", limits::volumes(self.volumes.into()).map(drop))?;
         check(
             "light_map",
             limits::light_map(self.light_map.into()).map(drop),
@@ -282,6 +286,7 @@ impl Request {
             },
             level_step: self.level_step,
             fit: self.weights,
+            volumes: self.volumes,
         };
         method.with(self.samples, self.rings, mixture)
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::{Receiver, Shading};
 use crate::cpu::reduce::Level;
+use crate::cpu::volume::Light;
 
 /// Least and largest tan^2 of the receiver's slope that the depth spread below a kernel is held to.
 const SLOPE: [f64; 2] = [0.03, 6.0];
@@ -14,6 +15,10 @@ const SLOPE: [f64; 2] = [0.03, 6.0];
 /// It is not the surface's: a slope shows it in its depths, and would be taken for two surfaces (a plane
 /// at 60 degrees comes out 1.7 % too dark). All of it serves the plane best, none the sphere.
 const KERNEL: f64 = 0.089;
+
+/// The variance of depth, over s^2, from which on a blended level believes its volume, and from which on it
+/// believes nothing else.
+const BLEND: [f64; 2] = [0.5, 2.0];
 
 /// One level that the mixture taps.
 #[derive(Clone, Debug)]
@@ -28,6 +33,15 @@ pub struct Tap {
     pub fourth: bool,
     /// Smoothed moments (w, w z, w z^2, w z^3, w z^4), z normalised.
     pub smoothed: Level<5>,
+}
+
+/// One level whose volume the mixture taps.
+#[derive(Clone, Debug)]
+pub struct VolumeTap {
+    /// Its share W of R_tot, per channel.
+    pub weight: DVec3,
+    /// The volume.
+    pub light: Light,
 }
 
 /// Mean, variance and third central moment of depth under a kernel, normalised.
@@ -98,8 +112,15 @@ pub fn two_gaussians(gamma2: f64, kappa: f64) -> f64 {
     halley(halley(guess.min(1.0)))
 }
 
+/// How much of a blended level's light is the volume's, by the depth's variance over s^2: nothing where it is
+/// that of one surface, which moments describe without ripple; all where it is that of several.
+fn trust(ratio: f64) -> f64 {
+    let t = ((ratio - BLEND[0]) / (BLEND[1] - BLEND[0])).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// M as the sum over levels k: E0 sum_k W_k m0_k E_k, m0 the mean weight below the level's kernel
-/// and E_k the expectation over its depths (DESIGN, multiple scattering).
+/// and E_k the expectation over its depths (DESIGN, multiple scattering). A volume holds their product.
 ///
 /// With three moments the common variance of the two Gaussians is what the receiver's own slope
 /// makes of the kernel's width; with four it follows from the moments.
@@ -110,12 +131,16 @@ pub fn mixture(shading: &Shading, receiver: &Receiver) -> DVec3 {
     let z_p = (q.z - frame.z_center) / frame.z_half;
     let cos2 = receiver.n.dot(frame.to_light).powi(2).max(1e-6);
     let slope = ((1.0 - cos2) / cos2).clamp(SLOPE[0], SLOPE[1]);
+    let in_volume = st.extend(z_p * frame.z_half / frame.texel);
+    let volume = |tap: &VolumeTap| tap.light.tap(tap.light.grid.place(in_volume));
+    let blended = shading.taps.len() - shading.blended;
     // Mean weight and expectation of the finer level.
     let mut finer = [0.0, 0.0];
     let sum: DVec3 = shading
         .taps
         .iter()
-        .map(|tap| {
+        .enumerate()
+        .map(|(i, tap)| {
             let m = tap.smoothed.tap(st / f64::from(1 << tap.level));
             let spread = Spread::new(m);
             let s = tap.s / frame.z_half;
@@ -125,8 +150,15 @@ pub fn mixture(shading: &Shading, receiver: &Receiver) -> DVec3 {
             }
             let least = shading.kept * finer[1] * m[0].min(finer[0]) / m[0].max(1e-6);
             finer = [m[0], spread.expectation(z_p, var, s).max(least)];
+            if let Some(blended) = i.checked_sub(blended) {
+                let light = volume(&shading.volumes[blended]);
+                let trust = trust(spread.v / (s * s));
+                finer[1] += trust * (light / m[0].max(1e-6) - finer[1]);
+            }
             tap.weight * (finer[0] * finer[1])
         })
         .sum();
-    shading.irradiance * sum
+    let coarse = shading.volumes[shading.blended..].iter();
+    let coarse: DVec3 = coarse.map(|tap| tap.weight * volume(tap)).sum();
+    shading.irradiance * (sum + coarse)
 }

@@ -9,7 +9,7 @@ mod single;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-pub use mixture::{Spread, Tap, mixture, two_gaussians};
+pub use mixture::{Spread, Tap, VolumeTap, mixture, two_gaussians};
 pub use multiple::{TECHNIQUES, brdf, exact, samples, samples_shifted};
 pub use rings::rings;
 pub use shadow::visibility;
@@ -17,7 +17,7 @@ pub use single::{Medium, exit_length, single};
 
 use crate::cpu::boxes::boxes;
 use crate::cpu::reduce::{self, pyramid};
-use crate::cpu::{GBuffer, LightMap};
+use crate::cpu::{GBuffer, LightMap, volume};
 use crate::optics::sampling::{blue_noise, r2};
 use crate::optics::single::PathFit;
 use crate::optics::{Dipole, fresnel, specular as microfacet};
@@ -65,8 +65,12 @@ pub struct Shading<'a> {
     pub noise: &'a [[f32; 2]],
     /// Index of the frame: moves the sample sequence.
     pub frame: u32,
-    /// Levels that the method `mixture` taps, from fine to coarse.
+    /// Levels whose moments the method `mixture` taps, from fine to coarse.
     pub taps: Vec<Tap>,
+    /// The coarser levels, whose volumes it taps; the finest of them are among `taps`, too.
+    pub volumes: Vec<VolumeTap>,
+    /// How many levels, the last of `taps` and the first of `volumes`, are blended from both.
+    pub blended: usize,
     /// [`Taps::kept`] of them.
     pub kept: f64,
     /// The medium as single scattering has it.
@@ -98,6 +102,8 @@ impl<'a> Shading<'a> {
             noise,
             frame,
             taps: Vec::new(),
+            volumes: Vec::new(),
+            blended: 0,
             kept: 0.0,
             medium: Medium {
                 sigma_s: material.unreduced_sigma_s(),
@@ -125,9 +131,11 @@ impl<'a> Shading<'a> {
                     .map(|(&[a, b, c, d], &e)| [a, b, c, d, e])
                     .collect();
                 let base = reduce::Level::base([self.map.frame.size; 2], &base);
-                let pyramid = pyramid(base, taps.levels.last() + 1);
+                let pyramid = pyramid(base, taps.level(taps.moments() - 1) + 1);
                 self.kept = taps.kept();
-                self.taps = (0..)
+                self.volumes = self.volumes_of(&taps);
+                self.blended = (taps.moments() - taps.first_volume) as usize;
+                self.taps = (0..taps.moments())
                     .zip(taps.levels.iter())
                     .map(|(i, level)| Tap {
                         level,
@@ -144,7 +152,20 @@ impl<'a> Shading<'a> {
 
     /// What `mixture` taps.
     pub fn taps_of(&self, mixture: Mixture) -> Taps {
-        Taps::new(&self.dipoles, mixture, self.map.frame.texel)
+        Taps::new(&self.dipoles, mixture, &self.map.frame)
+    }
+
+    fn volumes_of(&self, taps: &Taps) -> Vec<VolumeTap> {
+        let Some(volumes) = &taps.volumes else {
+            return Vec::new();
+        };
+        (0..)
+            .zip(volume::volumes(self.map, volumes))
+            .map(|(i, light)| VolumeTap {
+                weight: taps.weights[(taps.first_volume + i) as usize],
+                light,
+            })
+            .collect()
     }
 
     /// Random shift of the sample sequence at a pixel, in [0, 1)^2: blue noise over the
