@@ -23,18 +23,26 @@ float henyey_greenstein(float cosine, float g) {
 }
 
 // How far the refracted ray runs until it leaves the object, from the one back face that the
-// pixel itself sees: the further of the chord and of the way to the face's plane, since an exit too near is black,
-// and one too far fades by itself. NO_EXIT where there is no back face.
+// pixel itself sees: to that face's plane, but at most twice as far as through the larger of two spheres, through the
+// chord's ends with both normals or with the receiver's; and no less than the chord, since an exit too near is
+// black, and one too far fades by itself. NO_EXIT where there is no back face.
 const float NO_EXIT = 1e30;
 
-float exit_length(vec3 p, float depth, vec3 inward) {
+float exit_length(vec3 p, float depth, vec3 n_p, vec3 wo, vec3 inward) {
     float back = READ_INPUT(back_depth).x;
     vec3 n = -decode_normal(READ_INPUT(back_normal).xy);
     vec3 across = position(gl_FragCoord.xy, back) - p;
     float toward = dot(inward, n);
     float plane = toward > 1e-3 ? dot(across, n) / toward : NO_EXIT;
+    float chord = length(across);
+    // The way through a sphere of radius R is 2 R times the cosine below the surface.
+    float cos_t = -dot(inward, n_p);
+    vec3 turn = n - n_p;
+    float radius = max(dot(across, turn) / max(dot(turn, turn), 1e-6), 0.0);
+    float of_both = 2.0 * radius * cos_t;
+    float of_one = chord * cos_t / max(dot(n_p, wo), 0.05);
     // Rounding must not make the march's steps vanish.
-    float far = max(max(plane, length(across)), 1e-3 * frame.march.x);
+    float far = max(max(min(plane, 2.0 * max(of_both, of_one)), chord), 1e-3 * frame.march.x);
     // An open sheet seen from behind is its own back face, and no way out.
     return back > depth && back < 1.0 ? far : NO_EXIT;
 }
@@ -162,7 +170,7 @@ vec3 single_scattering(vec3 p, float depth, vec3 n, vec3 wo) {
     float eta = frame.sigma_tr.w;
     vec3 sigma_t = frame.sigma_t.rgb;
     vec3 inward = refract_inward(wo, n, eta);
-    float exit = exit_length(p, depth, inward);
+    float exit = exit_length(p, depth, n, wo, inward);
     float far = min(exit, frame.march.y);
     float first = STEPS < 2 ? far : min(frame.march.x, far / float(STEPS));
     float growth = exp(log_growth(first, far));

@@ -49,10 +49,10 @@ const NOTHING: Above = Above {
 /// How far the refracted ray runs from the receiver until it leaves the object, mm, from the one back
 /// face that its own pixel sees; infinite where there is none.
 ///
-/// The face is taken for a plane, which the refracted ray meets elsewhere than the view ray. Where it
-/// meets the plane before the chord's length, or the plane bends towards the viewer, the chord is the
-/// better guess: a plane falls short of what curves away, and an exit too near is black, one too far
-/// fades by itself.
+/// The face is taken for a plane, which the refracted ray meets elsewhere than the view ray, or never. So it is
+/// held to twice the larger of two spheres: one through the chord's ends with the normals there, one through them with
+/// the receiver's. And the chord is the least: a plane falls short of what curves away, and an exit too near
+/// is black, one too far fades by itself.
 pub fn exit_length(receiver: &Receiver, inward: DVec3) -> f64 {
     let Some((q, n)) = receiver.back else {
         return f64::INFINITY;
@@ -64,7 +64,13 @@ pub fn exit_length(receiver: &Receiver, inward: DVec3) -> f64 {
     } else {
         f64::INFINITY
     };
-    plane.max(across.length())
+    // The way through a sphere of radius R is 2 R times the cosine below the surface.
+    let cos_t = -inward.dot(receiver.n);
+    let turn = n - receiver.n;
+    let radius = (across.dot(turn) / turn.length_squared().max(1e-6)).max(0.0);
+    let of_both = 2.0 * radius * cos_t;
+    let of_one = across.length() * cos_t / receiver.n.dot(receiver.wo).max(0.05);
+    plane.min(2.0 * of_both.max(of_one)).max(across.length())
 }
 
 /// Radiance that is scattered once towards the viewer of `receiver`, per channel: the two boundaries'
