@@ -22,7 +22,7 @@ marmor() {
 }
 say "rendering $picture: 800x600, 192 frames averaged, about half a minute on 2 cores"
 status=0
-marmor -o "$picture" --split brdf --multiple mixture --moments 4 --single 8 --frames-averaged 192 \
+marmor -o "$picture" --split brdf --multiple mixture --volumes 4 --single 8 --frames-averaged 192 \
     --stats "$stats" "$@" || status=$?
 if [ "$status" -eq 3 ]; then
     complain 'no usable Vulkan device. On Debian and Ubuntu, mesa-vulkan-drivers renders on the CPU;'
@@ -33,7 +33,7 @@ fi
 # Each half's method on the whole picture, so that their frame times can be compared.
 say 'timing: both methods, 24 frames each'
 marmor -q -o out/left.png --multiple brdf --frames-averaged 24 --stats out/left.json
-marmor -q -o out/right.png --multiple mixture --moments 4 --single 8 --frames-averaged 24 --stats out/right.json
+marmor -q -o out/right.png --multiple mixture --volumes 4 --single 8 --frames-averaged 24 --stats out/right.json
 
 # The one place that knows the keys of --stats.
 python3 - "$stats" out/left.json out/right.json <<'PYTHON'
