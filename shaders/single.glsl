@@ -24,8 +24,8 @@ float henyey_greenstein(float cosine, float g) {
 
 // How far the refracted ray runs until it leaves the object, from the one back face that the
 // pixel itself sees: to that face's plane, but at most twice as far as through the larger of two spheres, through the
-// chord's ends with both normals or with the receiver's; and no less than the chord, since an exit too near is
-// black, and one too far fades by itself. NO_EXIT where there is no back face.
+// chord's ends with both normals or with the receiver's; and no less than if the face were parallel to the front, since an exit
+// too near is black. NO_EXIT where there is no back face.
 const float NO_EXIT = 1e30;
 
 float exit_length(vec3 p, float depth, vec3 n_p, vec3 wo, vec3 inward) {
@@ -40,9 +40,11 @@ float exit_length(vec3 p, float depth, vec3 n_p, vec3 wo, vec3 inward) {
     vec3 turn = n - n_p;
     float radius = max(dot(across, turn) / max(dot(turn, turn), 1e-6), 0.0);
     float of_both = 2.0 * radius * cos_t;
-    float of_one = chord * cos_t / max(dot(n_p, wo), 0.05);
+    float cos_o = clamp(dot(n_p, wo), 0.05, 1.0);
+    float of_one = chord * cos_t / cos_o;
+    float parallel = chord * cos_o / cos_t;
     // Rounding must not make the march's steps vanish.
-    float far = max(max(min(plane, 2.0 * max(of_both, of_one)), chord), 1e-3 * frame.march.x);
+    float far = max(max(min(plane, 2.0 * max(of_both, of_one)), parallel), 1e-3 * frame.march.x);
     // An open sheet seen from behind is its own back face, and no way out.
     return back > depth && back < 1.0 ? far : NO_EXIT;
 }
@@ -203,11 +205,13 @@ vec3 single_scattering(vec3 p, float depth, vec3 n, vec3 wo) {
         }
         float length = share * dx;
         // Nothing is read at the surface itself: the first segment begins where the second points to;
-        // a lone one as if the surface itself were lit.
+        // a lone one at the surface itself, if that may be lit.
         if (i == 1) from = to;
         if (STEPS == 1) {
-            from.l = 0.0;
-            from.arrives = vec3(1.0);
+            if (to.l <= JUMP * length) {
+                from.l = 0.0;
+                from.arrives = vec3(1.0);
+            }
         }
         vec3 loss = exp2(-LOG2_E * length * sigma_t);
         vec3 part = kept * integrate(length, loss, from, to);

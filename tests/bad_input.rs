@@ -416,6 +416,12 @@ const CASES: &[Case] = &[
         &["--exits", "no effect", "--single off"],
     ),
     case(
+        "phase function without single scattering",
+        &[],
+        "render --g 0.5 --single off -o out.png",
+        &["--g", "no effect", "--single 8"],
+    ),
+    case(
         "unknown exits",
         &[],
         "render --exits linaer -o out.png",

@@ -368,6 +368,55 @@ fn energy_is_neither_negative_nor_made() {
     }
 }
 
+/// The same plate seen at an angle: the refracted ray leaves nearer than the view ray would.
+#[test]
+fn a_plate_seen_at_an_angle_is_as_in_closed_form() {
+    let device = device::device();
+    for (eye, light) in [(40.0, 20.0), (60.0, 0.0), (40.0, 170.0), (60.0, 180.0)] {
+        let mut plan = alone(
+            plate(2.0),
+            medium("skin1").material(),
+            [light, 0.0],
+            [eye, 0.0],
+        );
+        plan.scene.material.eta = 1.4;
+        plan.size = [65, 49];
+        plan.light_map = 512;
+        let (mu_i, mu_o) = (f64::to_radians(light).cos(), f64::to_radians(eye).cos());
+        let expected = slab(&plan, 2.0, mu_i, mu_o);
+        let check = |what: &str, found: DVec3, tolerance: f64| {
+            let off = (found - expected) / expected;
+            assert!(
+                off.abs().max_element() < tolerance,
+                "{what}: seen at {eye}, lit at {light}: off by {off}"
+            );
+        };
+        check("rays", traced_middle(&plan), 3e-3);
+        check("march", middle(&plan, &twin(&plan)), 0.015);
+        if let Some(device) = &device {
+            let picture = device::wide(&device::render(device, &plan));
+            check("GPU", middle(&plan, &picture), 0.015);
+        }
+    }
+}
+
+/// One sample cannot tell much, but it tells the side that is lit from the one that is not.
+#[test]
+fn one_sample_casts_a_shadow() {
+    let lit = |azimuth: f64| {
+        let mut plan = alone(
+            shapes::sphere(20.0, 5),
+            medium("marble").material(),
+            [azimuth, 0.0],
+            [0.0, 0.0],
+        );
+        plan.size = [65, 49];
+        plan.light_map = 256;
+        middle(&plan, &twin(&with_steps(plan.clone(), 1))).x
+    };
+    assert!(lit(180.0) < 1e-3 * lit(0.0), "{} {}", lit(180.0), lit(0.0));
+}
+
 /// An open sheet has no way out: lit from where it is seen it is a half-space, from either side.
 #[test]
 fn a_sheet_is_a_half_space() {
@@ -383,6 +432,9 @@ fn a_sheet_is_a_half_space() {
         let expected = slab(&plan, 1e3, 1.0, 1.0);
         let off = (middle(&plan, &twin(&plan)) - expected) / expected;
         assert!(off.abs().max_element() < 0.02, "{off}");
+        // Rays see the same: the sheet is lit from either side.
+        let off = (traced_middle(&plan) - expected) / expected;
+        assert!(off.abs().max_element() < 2e-3, "{side}: {off}");
     }
 }
 

@@ -161,8 +161,8 @@ pub(super) struct Arguments {
 
     /// Single scattering: samples along the refracted view ray, from 1 to 64; or off; or traced [default: 8]
     ///
-    /// Each sample is one fetch. traced: rays cast on the mesh, 1024 steps a pixel, on the CPU: the slow
-    /// reference. Goes with every method but brdf, which knows no transport.
+    /// Each sample is one fetch; fewer than four are for looking at the method. traced: rays cast on the mesh, 1024
+    /// steps a pixel, on the CPU: the slow reference, some seconds for a hundred pixels squared. Goes with every method but brdf, which knows no transport.
     #[arg(long, value_name = "K|off|traced", value_parser = values::single, allow_hyphen_values = true, help_heading = "Method")]
     single: Option<Single>,
 
@@ -365,6 +365,11 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
             "--exits has no effect on --single {}; drop it, or add --single 8",
             request.single
         )));
+    }
+    if arguments.g.is_some() && request.single == Single::Off {
+        return Err(Failure::Input(
+            "--g has no effect without single scattering; drop it, or add --single 8".to_owned(),
+        ));
     }
     let transport =
         request.multiple != Method::Brdf || request.split.is_some_and(|m| m != Method::Brdf);

@@ -173,7 +173,9 @@ pub fn single(medium: &Medium, receiver: &Receiver) -> DVec3 {
             let Some(lit) = hits.last() else {
                 return DVec3::ZERO;
             };
-            let cos = lit.normal.dot(medium.to_light).max(0.0);
+            // An open sheet seen from behind is lit there, too, as in the light map.
+            let normal = if lit.leaves { lit.normal } else { -lit.normal };
+            let cos = normal.dot(medium.to_light).max(0.0);
             let path = x + lit.t * single::path_factor(cos, material.eta);
             let entering = fresnel::transmittance(cos, material.eta);
             (sigma_t * -path).exp() * (entering * (to - from))

@@ -191,6 +191,7 @@ pub fn render(
     check_fit(options, plan, device.candidate())?;
     let mut renderer = Renderer::new(&device, plan, false, options.measure)?;
     warn_coarse(plan, &renderer);
+    warn_volumes(plan);
     if options.measure && plan.multiple != Multiple::Exact && plan.split != Some(Multiple::Exact) {
         // Drivers compile on first use: a frame that does not count. `exact` is no matter of
         // frame times, and too long to be run twice.
@@ -332,6 +333,24 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
         )));
     }
     Ok(())
+}
+
+/// Says when fewer levels than asked for have volumes: the others would need more cells than there may be, or are
+/// the finest level, which keeps its moments.
+fn warn_volumes(plan: &Plan) {
+    for method in plan.methods() {
+        if let Multiple::Mixture(mixture) = method {
+            let taps = plan.taps(mixture, &plan.light_frame());
+            let used = taps.levels.count - taps.first_volume;
+            if used < mixture.volumes {
+                tracing::warn!(
+                    "{used} of {} levels are read from volumes, where {} were asked for: finer ones have too many cells",
+                    taps.levels.count,
+                    mixture.volumes
+                );
+            }
+        }
+    }
 }
 
 /// Says when the light map is too coarse for the material: R_d is then blurred to a texel.

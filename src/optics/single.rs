@@ -15,7 +15,7 @@ pub const FIRST_STEP: f64 = 0.1;
 /// the closed form of the tail.
 pub const LAST_STEP: f64 = 4.0;
 
-/// Where the lit surface moves by more than this share of a step, it is not one surface: the
+/// Where the lit surface moves by more than this many steps, it is not one surface: the
 /// segment then interpolates what arrives instead of how far away the surface is.
 pub const JUMP: f64 = 3.0;
 
@@ -214,7 +214,7 @@ pub fn segment(b: f64) -> f64 {
 /// (1 - t) e^(-b t) and of t e^(-b t) over t in [0, 1].
 ///
 /// Where the lit surface jumps, as at the edge of a shadow, l in between is none of any surface, and
-/// this halves the error (DESIGN, single scattering).
+/// this nearly halves the error (DESIGN, single scattering).
 pub fn open_segment(b: f64) -> [f64; 2] {
     let g0 = segment(b);
     let g1 = if b < 0.1 {
@@ -330,7 +330,7 @@ mod tests {
     /// A shadow begins somewhere within a segment: on average over where, interpolating what arrives is
     /// not much more than half as wrong as interpolating the distance to the surface.
     #[test]
-    fn the_jump_rule_halves_the_error_at_a_shadow_edge() {
+    fn the_jump_rule_nearly_halves_the_error_at_a_shadow_edge() {
         let (b, lit, hidden) = (0.6_f64, 0.3_f64, 9.0_f64);
         let (mut open, mut closed) = (0.0_f64, 0.0_f64);
         for i in 0..100 {

@@ -126,7 +126,7 @@ impl Exits {
             "nearest" => Ok(Exits::Nearest),
             "depth" => Ok(Exits::Depth),
             _ => Err(format!(
-                "unknown way to exits \"{name}\"; {}",
+                "unknown exits \"{name}\"; {}",
                 names::remedy(name, &Exits::NAMES)
             )),
         }

@@ -51,8 +51,8 @@ const NOTHING: Above = Above {
 ///
 /// The face is taken for a plane, which the refracted ray meets elsewhere than the view ray, or never. So it is
 /// held to twice the larger of two spheres: one through the chord's ends with the normals there, one through them with
-/// the receiver's. And the chord is the least: a plane falls short of what curves away, and an exit too near
-/// is black, one too far fades by itself.
+/// the receiver's. And the least is a face parallel to the front, as that of a slab: a plane that the view ray grazes falls
+/// far short, and an exit too near is black.
 pub fn exit_length(receiver: &Receiver, inward: DVec3) -> f64 {
     let Some((q, n)) = receiver.back else {
         return f64::INFINITY;
@@ -69,8 +69,11 @@ pub fn exit_length(receiver: &Receiver, inward: DVec3) -> f64 {
     let turn = n - receiver.n;
     let radius = (across.dot(turn) / turn.length_squared().max(1e-6)).max(0.0);
     let of_both = 2.0 * radius * cos_t;
-    let of_one = across.length() * cos_t / receiver.n.dot(receiver.wo).max(0.05);
-    plane.min(2.0 * of_both.max(of_one)).max(across.length())
+    let cos_o = receiver.n.dot(receiver.wo).clamp(0.05, 1.0);
+    let chord = across.length();
+    let of_one = chord * cos_t / cos_o;
+    let parallel = chord * cos_o / cos_t;
+    plane.min(2.0 * of_both.max(of_one)).max(parallel)
 }
 
 /// Radiance that is scattered once towards the viewer of `receiver`, per channel: the two boundaries'
@@ -118,12 +121,14 @@ pub fn single(shading: &Shading, receiver: &Receiver, march: March) -> DVec3 {
             exit = x + dx;
         }
         // Nothing is read at the surface itself: the first segment begins where the second points to;
-        // a lone one as if the surface itself were lit.
+        // a lone one at the surface itself, if that may be lit.
         if i == 1 {
             from = to;
             if march.steps == 1 {
-                from.l = 0.0;
-                from.arrives = DVec3::ONE;
+                if to.l <= single::JUMP * dx {
+                    from.l = 0.0;
+                    from.arrives = DVec3::ONE;
+                }
             }
         } else if i == 2 {
             let start = backwards(sigma_t, x, dx, &from, &to);
