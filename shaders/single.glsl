@@ -207,11 +207,9 @@ vec3 single_scattering(vec3 p, float depth, vec3 n, vec3 wo) {
         // Nothing is read at the surface itself: the first segment begins where the second points to;
         // a lone one at the surface itself, if that may be lit.
         if (i == 1) from = to;
-        if (STEPS == 1) {
-            if (to.l <= JUMP * length) {
-                from.l = 0.0;
-                from.arrives = vec3(1.0);
-            }
+        if (STEPS == 1 && to.l <= JUMP * length) {
+            from.l = 0.0;
+            from.arrives = vec3(1.0);
         }
         vec3 loss = exp2(-LOG2_E * length * sigma_t);
         vec3 part = kept * integrate(length, loss, from, to);

@@ -124,11 +124,9 @@ pub fn single(shading: &Shading, receiver: &Receiver, march: March) -> DVec3 {
         // a lone one at the surface itself, if that may be lit.
         if i == 1 {
             from = to;
-            if march.steps == 1 {
-                if to.l <= single::JUMP * dx {
-                    from.l = 0.0;
-                    from.arrives = DVec3::ONE;
-                }
+            if march.steps == 1 && to.l <= single::JUMP * dx {
+                from.l = 0.0;
+                from.arrives = DVec3::ONE;
             }
         } else if i == 2 {
             let start = backwards(sigma_t, x, dx, &from, &to);
