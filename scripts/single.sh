@@ -14,6 +14,8 @@
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+# shellcheck source=scripts/measure.sh
+. "$(dirname "${BASH_SOURCE[0]}")/measure.sh"
 cd "$MARMOR_ROOT"
 
 # name, its reference, mesh, light, camera, side of the light map
@@ -64,57 +66,7 @@ linear-8  statue-1024                              ketchup       rr 0.05
 linear-8  all                                      all           fetches 8
 '
 
-run='full' folder=out/single
-while [ $# -gt 0 ]; do
-    case $1 in
-        --quick) run='quick: marble and the main plans only' ;;
-        --fresh) fresh=1 ;;
-        --out)
-            [ $# -gt 1 ] || { complain '--out needs a folder'; exit 2; }
-            folder=$2
-            shift
-            ;;
-        -h | --help)
-            sed -n '2,/^set /s/^# \{0,1\}//p' "$0"
-            exit 0
-            ;;
-        *)
-            complain "unknown argument '$1' (known: --quick, --fresh, --out DIR)"
-            exit 2
-            ;;
-    esac
-    shift
-done
-if [ "$run" != full ]; then
-    materials=marble
-    plans=$(printf '%s\n' "$plans" | awk -v out="$quick_without" '$1 !~ out')
-fi
-
-# shellcheck disable=SC2119 # the arguments are not for the set-up
-marmor_setup
-watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
-marmor=${CARGO_TARGET_DIR:-target}/release/marmor
-
-mkdir -p "$folder/traced"
-[ -z "${fresh:-}" ] || rm -f "$folder"/traced/*
-mkdir -p "$folder/plans" "$folder/times" "$folder/pictures"
-rm -f "$folder"/plans/*.json "$folder"/times/*.json
-python3 scripts/methods.py meshes "$folder"
-printf '%s\n' "$scenes" >"$folder/scenes.txt"
-printf '%s\n' "$materials" >"$folder/materials.txt"
-printf '%s\n' "$plans" >"$folder/plans.txt"
-printf '%s\n' "$bounds" >"$folder/bounds.txt"
-{
-    printf 'run=%s\n' "$run"
-    printf 'cores=%s\n' "$(getconf _NPROCESSORS_ONLN)"
-    printf 'commit=%s%s\n' "$(git rev-parse --short HEAD 2>/dev/null || echo unknown)" \
-        "$(git diff --quiet HEAD -- src shaders build.rs Cargo.lock 2>/dev/null || echo ', changed')"
-} >"$folder/facts.txt"
-
-# The rows of a table, without its blank lines.
-rows() { printf '%s\n' "$1" | grep -v '^ *$'; }
-
-mesh_of() { case $1 in *.obj) echo "$folder/$1" ;; *) echo "$1" ;; esac; }
+measure_begin out/single traced "$@"
 
 # render OUT MESH LIGHT CAMERA ARGUMENTS... : single scattering alone.
 render() {

@@ -65,13 +65,8 @@ impl<const N: usize> Level<N> {
     /// Texel (i, j), counted from the interior's corner; 0 outside the content.
     pub fn at(&self, i: i64, j: i64) -> [f64; N] {
         let low = i64::from(self.low);
-        let [width, height] = self.size.map(|n| i64::from(n + self.low + self.high));
-        let (column, row) = (i + low, j + low);
-        if (0..width).contains(&column) && (0..height).contains(&row) {
-            self.texels[(row * width + column) as usize]
-        } else {
-            [0.0; N]
-        }
+        let size = self.size.map(|n| n + self.low + self.high);
+        texel_at(size, &self.texels, i + low, j + low)
     }
 
     /// Bilinear tap at texel coordinates `st`: texel (i, j) has its centre at (i + 1/2, j + 1/2).
@@ -87,14 +82,17 @@ impl<const N: usize> Level<N> {
 
 /// Bilinear tap, as [`Level::tap`], of row-major `texels` of `size` columns and rows; 0 outside.
 pub fn texels_tap<const N: usize>(size: [u32; 2], texels: &[[f64; N]], st: DVec2) -> [f64; N] {
+    bilinear(st, |i, j| texel_at(size, texels, i, j))
+}
+
+/// Texel (i, j) of row-major `texels` of `size` columns and rows; 0 outside.
+fn texel_at<const N: usize>(size: [u32; 2], texels: &[[f64; N]], i: i64, j: i64) -> [f64; N] {
     let [width, height] = size.map(i64::from);
-    bilinear(st, |i, j| {
-        if (0..width).contains(&i) && (0..height).contains(&j) {
-            texels[(j * width + i) as usize]
-        } else {
-            [0.0; N]
-        }
-    })
+    if (0..width).contains(&i) && (0..height).contains(&j) {
+        texels[(j * width + i) as usize]
+    } else {
+        [0.0; N]
+    }
 }
 
 fn bilinear<const N: usize>(st: DVec2, at: impl Fn(i64, i64) -> [f64; N]) -> [f64; N] {

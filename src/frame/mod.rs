@@ -46,6 +46,7 @@ use crate::gpu::{
 };
 use crate::ledger::Filter;
 use crate::optics::sampling::r2;
+use crate::optics::single::PathFit;
 use crate::scene::volume::Volumes;
 use crate::scene::{Jitter, LightFrame, Multiple, Plan, Taps, View};
 use boxes::BoxesPass;
@@ -151,6 +152,7 @@ pub struct Renderer {
     levels: LevelTable,
     volume_places: VolumeTable,
     kept: f64,
+    path: PathFit,
     gbuffer: GBuffer,
     canvas: Canvas,
     mean_readback: Buffer,
@@ -334,6 +336,7 @@ impl Renderer {
             levels,
             volume_places,
             kept,
+            path: PathFit::new(plan.scene.material.eta),
             gbuffer,
             canvas,
             mean_readback: readback("mean readback", 16)?,
@@ -452,7 +455,7 @@ impl Renderer {
             &view,
             &light,
             self.map.moments.size(),
-            (&self.levels, &self.volume_places, self.kept),
+            (&self.levels, &self.volume_places, self.kept, &self.path),
             done,
             sequence.into(),
         );

@@ -144,13 +144,13 @@ impl Uniforms {
     /// The uniforms of the frame after `done` others of the plan, as seen by `view` and lit through `light`.
     ///
     /// Both are relative to the scene's centre. `map` is the size of the image that the light map
-    /// lies in. `sequence` offsets the samples' radius and angle.
+    /// lies in. `path` is the fit of the material's index. `sequence` offsets the samples' radius and angle.
     pub fn new(
         plan: &Plan,
         view: &View,
         light: &LightFrame,
         atlas: [u32; 2],
-        (levels, volumes, kept): (&LevelTable, &VolumeTable, f64),
+        (levels, volumes, kept, path): (&LevelTable, &VolumeTable, f64, &PathFit),
         done: u32,
         sequence: DVec2,
     ) -> Self {
@@ -162,7 +162,6 @@ impl Uniforms {
         let rgb = |f: fn(&Dipole) -> f64| DVec3::from_array([0, 1, 2].map(|c| f(&dipoles[c])));
         let sigma_s = material.unreduced_sigma_s();
         let sigma_t = sigma_s + material.sigma_a;
-        let path = PathFit::new(material.eta);
         let background = plan
             .background
             .map_or([0.0; 4], |b| vec4(DVec3::from_array(b), 1.0));
