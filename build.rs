@@ -1,9 +1,14 @@
 //! Compiles the shaders to SPIR-V and writes a typed table of them, so that a shader that
 //! does not compile, or a name that does not exist, is a build error.
+//!
+//! Each is compiled twice: as it runs, and as the counting build, in which every read of a texture counts itself
+//! (shaders/fetch.glsl). Both keep names and lines, so that the ledger can say where a read stands, and debuggers show
+//! the source.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::{env, fs};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{env, fs, thread};
 
 /// Every shader of the frame but those that shade: file, variant, and the macros that make the variant.
 const SHADERS: &[(&str, &str, &[&str])] = &[
@@ -62,6 +67,22 @@ const SINGLE: &[(&str, &[&str])] = &[
     ("single depth", &["SINGLE", "EXITS_DEPTH"]),
 ];
 
+/// A copy of a shader with a read that nobody declared, so that tests can see the ledger catch it: the file, where the
+/// read goes in, and the read.
+const STRAY: (&str, &str, &str) = (
+    "shade.frag",
+    "    out_radiance =",
+    "    radiance += 1e-6 * texture(moments, vec2(0.5)).rgb;\n",
+);
+
+/// Something to compile.
+struct Job {
+    file: &'static str,
+    variant: String,
+    macros: Vec<&'static str>,
+    stray: bool,
+}
+
 fn main() {
     if let Err(message) = run() {
         // One clear block on stderr in place of a backtrace.
@@ -75,75 +96,150 @@ fn run() -> Result<(), String> {
     println!("cargo:rerun-if-changed=shaders");
     println!("cargo:rerun-if-changed=build.rs");
 
-    let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
-    let mut table = String::from("// Written by build.rs.\n");
-    let shade = SHADE.iter().flat_map(|(method, macros)| {
-        SINGLE.iter().map(move |(single, more)| {
-            let variant = format!("{method} {single}");
-            (
-                "shade.frag",
-                variant.trim().to_owned(),
-                [*macros, *more].concat(),
-            )
-        })
-    });
-    let others = SHADERS
-        .iter()
-        .map(|&(file, variant, macros)| (file, variant.to_owned(), macros.to_vec()));
-    for (file, variant, macros) in others.chain(shade) {
-        let path = folder.join(file);
-        let source = read(&path)?;
-        let stage = match path.extension().and_then(|e| e.to_str()) {
-            Some("vert") => (shaderc::ShaderKind::Vertex, "VERTEX"),
-            Some("frag") => (shaderc::ShaderKind::Fragment, "FRAGMENT"),
-            Some("comp") => (shaderc::ShaderKind::Compute, "COMPUTE"),
-            other => return Err(format!("{file}: unknown shader stage {other:?}")),
-        };
-        let mut options = shaderc::CompileOptions::new()
-            .map_err(|e| format!("shaderc gives no compile options: {e}"))?;
-        options.set_target_env(
-            shaderc::TargetEnv::Vulkan,
-            shaderc::EnvVersion::Vulkan1_3 as u32,
-        );
-        options.set_optimization_level(shaderc::OptimizationLevel::Performance);
-        options.set_warnings_as_errors();
-        for name in macros {
-            options.add_macro_definition(name, None);
+    let jobs = jobs();
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets no OUT_DIR")?);
+    let next = AtomicUsize::new(0);
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    // A compiler is not for several threads at once: each has its own.
+    let work = || -> Result<(), String> {
+        let compiler =
+            shaderc::Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
+        while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            for counting in [false, true] {
+                let binary = compile(&compiler, folder, job, counting)?;
+                write(&out.join(spirv_name(job, counting)), &binary)?;
+            }
         }
-        options.set_include_callback(|name, _, from, _| {
-            let path = folder.join(name);
-            let content = fs::read_to_string(&path)
-                .map_err(|e| format!("{from} includes {}: {e}", path.display()))?;
-            Ok(shaderc::ResolvedInclude {
-                resolved_name: name.to_owned(),
-                content,
-            })
-        });
-        let compiled = compiler
-            .compile_into_spirv(
-                &source,
-                stage.0,
-                &path.to_string_lossy(),
-                "main",
-                Some(&options),
-            )
-            .map_err(|e| format!("{}: {e}", path.display()))?;
+        Ok(())
+    };
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|worker| {
+            worker
+                .join()
+                .map_err(|_| "a compiling thread died".to_owned())?
+        })
+    })?;
 
-        let name = format!("{file} {variant}");
-        let name = name.trim();
-        let constant = name.replace(['.', ' ', '-'], "_").to_uppercase();
+    let mut table = String::from("// Written by build.rs.\n");
+    for job in &jobs {
+        let name = job.name();
+        let stage = stage(job.file)?.1;
+        let [plain, counting] = [false, true].map(|counting| spirv_name(job, counting));
         writeln!(
             table,
-            "/// `{name}`\npub const {constant}: Shader = Shader {{ name: {name:?}, \
-             stage: ash::vk::ShaderStageFlags::{}, spirv: &{:?} }};",
-            stage.1,
-            compiled.as_binary()
+            "/// `{name}`\npub const {}: Shader = Shader {{ name: {name:?}, \
+             stage: ash::vk::ShaderStageFlags::{stage}, \
+             spirv: include_bytes!({plain:?}), counting: include_bytes!({counting:?}) }};",
+            job.constant()
         )
         .map_err(|e| e.to_string())?;
     }
-    let out = env::var_os("OUT_DIR").ok_or("cargo sets no OUT_DIR")?;
-    let out = PathBuf::from(out).join("shaders.rs");
-    fs::write(&out, table).map_err(|e| format!("{}: {e}", out.display()))
+    write(&out.join("shaders.rs"), table.as_bytes())
+}
+
+/// Every shader of the table.
+fn jobs() -> Vec<Job> {
+    let shade = SHADE.iter().flat_map(|(method, macros)| {
+        SINGLE.iter().map(move |(single, more)| Job {
+            file: "shade.frag",
+            variant: format!("{method} {single}").trim().to_owned(),
+            macros: [*macros, *more].concat(),
+            stray: false,
+        })
+    });
+    let others = SHADERS.iter().map(|&(file, variant, macros)| Job {
+        file,
+        variant: variant.to_owned(),
+        macros: macros.to_vec(),
+        stray: false,
+    });
+    let stray = Job {
+        file: STRAY.0,
+        variant: "stray".to_owned(),
+        macros: vec!["METHOD_MIXTURE"],
+        stray: true,
+    };
+    others.chain(shade).chain([stray]).collect()
+}
+
+impl Job {
+    fn name(&self) -> String {
+        format!("{} {}", self.file, self.variant).trim().to_owned()
+    }
+
+    fn constant(&self) -> String {
+        self.name().replace(['.', ' ', '-'], "_").to_uppercase()
+    }
+}
+
+fn spirv_name(job: &Job, counting: bool) -> String {
+    let suffix = if counting { ".counting" } else { "" };
+    format!("{}{suffix}.spv", job.constant().to_lowercase())
+}
+
+fn stage(file: &str) -> Result<(shaderc::ShaderKind, &'static str), String> {
+    match Path::new(file).extension().and_then(|e| e.to_str()) {
+        Some("vert") => Ok((shaderc::ShaderKind::Vertex, "VERTEX")),
+        Some("frag") => Ok((shaderc::ShaderKind::Fragment, "FRAGMENT")),
+        Some("comp") => Ok((shaderc::ShaderKind::Compute, "COMPUTE")),
+        other => Err(format!("{file}: unknown shader stage {other:?}")),
+    }
+}
+
+fn compile(
+    compiler: &shaderc::Compiler,
+    folder: &Path,
+    job: &Job,
+    counting: bool,
+) -> Result<Vec<u8>, String> {
+    let path = folder.join(job.file);
+    let mut source = read(&path)?;
+    if job.stray {
+        let (_, before, text) = STRAY;
+        if !source.contains(before) {
+            return Err(format!("{}: no line starts {before:?}", path.display()));
+        }
+        source = source.replacen(before, &format!("{text}{before}"), 1);
+    }
+    let mut options = shaderc::CompileOptions::new()
+        .map_err(|e| format!("shaderc gives no compile options: {e}"))?;
+    options.set_target_env(
+        shaderc::TargetEnv::Vulkan,
+        shaderc::EnvVersion::Vulkan1_3 as u32,
+    );
+    options.set_optimization_level(shaderc::OptimizationLevel::Performance);
+    options.set_warnings_as_errors();
+    options.set_generate_debug_info();
+    for name in &job.macros {
+        options.add_macro_definition(name, None);
+    }
+    if counting {
+        options.add_macro_definition("COUNTING", None);
+    }
+    options.set_include_callback(|name, _, from, _| {
+        let path = folder.join(name);
+        let content = fs::read_to_string(&path)
+            .map_err(|e| format!("{from} includes {}: {e}", path.display()))?;
+        Ok(shaderc::ResolvedInclude {
+            resolved_name: name.to_owned(),
+            content,
+        })
+    });
+    let compiled = compiler
+        .compile_into_spirv(
+            &source,
+            stage(job.file)?.0,
+            job.file,
+            "main",
+            Some(&options),
+        )
+        .map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(compiled.as_binary_u8().to_vec())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 fn read(path: &Path) -> Result<String, String> {

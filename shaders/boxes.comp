@@ -18,4 +18,5 @@ void main() {
     vec4 sum = FETCH_IMAGE(source, a) + FETCH_IMAGE(source, ivec2(b.x, a.y))
              + FETCH_IMAGE(source, ivec2(a.x, b.y)) + FETCH_IMAGE(source, b);
     imageStore(target, ij, 0.25 * sum);
+    STORE_MOST_COUNTS();
 }

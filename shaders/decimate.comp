@@ -66,4 +66,5 @@ void main() {
 #ifdef FOURTH
     HALVE(fourth)
 #endif
+    STORE_MOST_COUNTS();
 }

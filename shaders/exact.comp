@@ -22,6 +22,7 @@ layout(push_constant) uniform Band {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(band.columns.x, band.lines.x);
     if (pixel.x >= band.columns.y || pixel.y >= band.lines.y) return;
+    COUNT_AS(TERM_MULTIPLE);
     float depth = FETCH_TEXEL(view_depth, pixel).x;
     if (depth >= 1.0) return;
 
@@ -48,4 +49,5 @@ void main() {
         value.rgb += scale * row;
     }
     imageStore(radiance, pixel, value);
+    STORE_COUNTS(pixel, band.rows.x > 0);
 }

@@ -1,6 +1,42 @@
 // The only place that touches a texture. Every read of every pass goes through one
 // of these macros, so that fetches can be counted, statically and at run time.
 
+// The counting build: GLSL's own reads, whoever calls them, count themselves by the term they serve, and main stores
+// the counts before it ends. Otherwise it computes what the plain build computes.
+#define TERM_SINGLE 0
+#define TERM_MULTIPLE 1
+#define TERM_OTHER 2
+#define TERM_INPUT 3
+#ifdef COUNTING
+layout(binding = 15, std430) buffer Counts {
+    uvec4 columns;   // x: columns of the picture
+    uvec4 counts[];  // of each pixel; of passes that make several texels at once, one entry
+};
+// One store a pixel, in place of what the previous frame stored there; with `more`, added to what an earlier dispatch
+// of this frame did.
+#define STORE_COUNTS(pixel, more)                                \
+    uint counts_at = uint((pixel).y) * columns.x + uint((pixel).x); \
+    if (more) counted += counts[counts_at];                      \
+    counts[counts_at] = counted
+// The most that any invocation has read.
+#define STORE_MOST_COUNTS() for (int term = 0; term < 4; ++term) atomicMax(counts[0][term], counted[term])
+uvec4 counted = uvec4(0);
+uint counted_term = TERM_OTHER;
+uint count_read(uint term) { return counted[term] += 1u; }
+#define COUNT_AS(term) counted_term = term
+#define COUNTED(read) (count_read(counted_term), read)
+#define texture(a, b) COUNTED(texture(a, b))
+#define textureLod(a, b, c) COUNTED(textureLod(a, b, c))
+#define texelFetch(a, b, c) COUNTED(texelFetch(a, b, c))
+#define textureGather(a, b, c) COUNTED(textureGather(a, b, c))
+#define imageLoad(a, b) COUNTED(imageLoad(a, b))
+#define subpassLoad(a) (count_read(TERM_INPUT), subpassLoad(a))
+#else
+#define COUNT_AS(term)
+#define STORE_COUNTS(pixel, more)
+#define STORE_MOST_COUNTS()
+#endif
+
 // One texel, by integer coordinates. Out-of-range coordinates are the caller's bug.
 #define FETCH_TEXEL(tex, ij) texelFetch(tex, ij, 0)
 

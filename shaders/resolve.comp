@@ -11,6 +11,8 @@ layout(binding = 3, rgba8) uniform writeonly image2D display;
 
 // Whether the mean is encoded: only what is shown needs it.
 layout(constant_id = 0) const bool ENCODE = true;
+// Whether more frames than one are averaged: one alone has no mean before it to read.
+layout(constant_id = 1) const bool HISTORY = true;
 
 // Identity up to 0.8, then a shoulder that reaches 1 with a continuous slope.
 vec3 tone_map(vec3 x) {
@@ -28,12 +30,15 @@ void main() {
     if (pixel.x >= size.x || pixel.y >= size.y) return;
 
     vec4 value = FETCH_IMAGE(radiance, pixel);
-    // The first frame overwrites: the image starts undefined, and undefined * 0 may be NaN.
-    if (frame.sequence.z < 1.0) {
-        vec4 old = FETCH_IMAGE(mean, pixel);
-        value = old + (value - old) * frame.sequence.z;
+    if (HISTORY) {
+        // The first frame overwrites: the image starts undefined, and undefined * 0 may be NaN.
+        if (frame.sequence.z < 1.0) {
+            vec4 old = FETCH_IMAGE(mean, pixel);
+            value = old + (value - old) * frame.sequence.z;
+        }
     }
     imageStore(mean, pixel, value);
+    STORE_COUNTS(pixel, false);
     if (!ENCODE) return;
 
     // Radiance is premultiplied by coverage; the PNG's alpha is straight.

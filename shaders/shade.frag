@@ -73,14 +73,18 @@ void main() {
 
     float lit = 1.0;
     if (NEEDS_VISIBILITY) lit = visibility(p, n);
+    COUNT_AS(TERM_MULTIPLE);
     vec3 radiance = leaving(n, wo, frame.sigma_tr.w) * multiple_scattering(p, n, lit);
 #if defined(SINGLE)
+    COUNT_AS(TERM_SINGLE);
     radiance += single_scattering(p, depth, n, wo);
 #endif
+    COUNT_AS(TERM_OTHER);
     if (SPECULAR) {
         vec3 wi = -frame.light_z.xyz;
         float value = ggx(n, wo, wi, frame.z_r.w, frame.sigma_tr.w);
         radiance += frame.irradiance.rgb * value * max(0.0, dot(n, wi)) * lit;
     }
     out_radiance = vec4(radiance, 1.0);
+    STORE_COUNTS(ivec2(gl_FragCoord.xy), false);
 }

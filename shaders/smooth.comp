@@ -71,4 +71,5 @@ void main() {
             imageStore(target, content.xy + texel, sum[o / OUTPUTS.x][o % OUTPUTS.x]);
         }
     }
+    STORE_MOST_COUNTS();
 }

@@ -44,4 +44,5 @@ void main() {
             light[cell + stride] += w * f;
         }
     }
+    STORE_MOST_COUNTS();
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use common::device;
 use image::{Rgb, RgbImage};
-use marmor::frame::Renderer;
+use marmor::frame::{Renderer, Setup};
 use marmor::scene::{Method, Request, Single};
 
 const SIZE: [u32; 2] = [96, 120];
@@ -83,7 +83,8 @@ fn pictures_are_as_they_were() {
         request.background = Some([0.01, 0.02, 0.03]);
         request.frames_averaged = if method == Method::Exact { 1 } else { 4 };
         let plan = request.plan().expect("a plan");
-        let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("a renderer");
+        let mut renderer =
+            Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
         renderer.render(&mut |_| ()).expect("a picture");
         let rgb = renderer
             .display()

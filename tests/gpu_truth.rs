@@ -6,7 +6,7 @@ use common::device;
 use common::media::medium;
 use common::shapes;
 use glam::{DVec2, DVec3};
-use marmor::frame::{Renderer, Target};
+use marmor::frame::{Renderer, Setup, Target};
 use marmor::optics::{Dipole, fresnel};
 use marmor::scene::{Jitter, Material, Multiple};
 
@@ -46,7 +46,15 @@ fn exact_meets_the_analytic_half_plane() {
     plan.scene.camera.eye = DVec3::new(0.0, 20.0, 30.0);
     plan.scene.camera.target = DVec3::ZERO;
     plan.scene.camera.fov = 2.0;
-    let mut renderer = Renderer::new(&device.device, &plan, true, false).expect("a renderer");
+    let mut renderer = Renderer::new(
+        &device.device,
+        &plan,
+        &Setup {
+            keep_gbuffer: true,
+            ..Setup::default()
+        },
+    )
+    .expect("a renderer");
     renderer.render(&mut |_| ()).expect("a picture");
     let radiance = renderer.radiance().expect("radiance");
     let depth = renderer.read(Target::ViewDepth).expect("depth");
@@ -171,7 +179,8 @@ fn samples_average_to_exact() {
         plan.jitter = Jitter::Samples;
         let exact = device::wide(&device::render(&device, &plan));
         plan.multiple = Multiple::Samples(12);
-        let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("a renderer");
+        let mut renderer =
+            Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
         const FRAMES: u32 = 192;
         let mut sum = vec![[0.0; 2]; exact.len()];
         for index in 0..FRAMES {

@@ -7,7 +7,7 @@ use common::media::medium;
 use common::shapes;
 use glam::DVec3;
 use marmor::cpu::{self, shade::Shading};
-use marmor::frame::Renderer;
+use marmor::frame::{Renderer, Setup};
 use marmor::ledger::Filter;
 use marmor::scene::{Exits, Fourth, Jitter, March, Mesh, Mixture, Multiple, Plan, Single};
 
@@ -30,7 +30,15 @@ fn marble(light: [f64; 2], multiple: Multiple) -> Plan {
 }
 
 fn rendered(device: &TestDevice, plan: &Plan) -> Renderer {
-    let mut renderer = Renderer::new(&device.device, plan, true, false).expect("a renderer");
+    let mut renderer = Renderer::new(
+        &device.device,
+        plan,
+        &Setup {
+            keep_gbuffer: true,
+            ..Setup::default()
+        },
+    )
+    .expect("a renderer");
     renderer.render(&mut |_| ()).expect("a picture");
     renderer
 }
@@ -447,8 +455,15 @@ fn taps_of_four_texels_are_bilinear_taps() {
     ] {
         let plan = marble([60.0, 35.0], multiple);
         let draw = |filter| {
-            let mut renderer =
-                Renderer::with_filter(&device.device, &plan, false, false, filter).expect("one");
+            let mut renderer = Renderer::new(
+                &device.device,
+                &plan,
+                &Setup {
+                    filter: Some(filter),
+                    ..Setup::default()
+                },
+            )
+            .expect("one");
             renderer.render(&mut |_| ()).expect("a picture");
             device::wide(&renderer.radiance().expect("radiance"))
         };
@@ -497,7 +512,7 @@ fn averaging_is_the_mean_of_the_frames() {
     };
     let mut plan = marble([60.0, 35.0], Multiple::Samples(8));
     plan.jitter = Jitter::All;
-    let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("a renderer");
+    let mut renderer = Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
     let mut mean = vec![[0.0; 4]; (SIZE[0] * SIZE[1]) as usize];
     for index in 0..3 {
         renderer
@@ -555,7 +570,15 @@ fn frames_do_not_race_with_each_other() {
         }
         plan.jitter = Jitter::All;
         plan.frames_averaged = 2;
-        let mut renderer = Renderer::new(&device.device, &plan, keep, false).expect("a renderer");
+        let mut renderer = Renderer::new(
+            &device.device,
+            &plan,
+            &Setup {
+                keep_gbuffer: keep,
+                ..Setup::default()
+            },
+        )
+        .expect("a renderer");
         renderer.render_pair().expect("two frames");
         let pair = renderer.radiance().expect("radiance");
         renderer.render(&mut |_| ()).expect("two frames again");

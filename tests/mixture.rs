@@ -9,7 +9,7 @@ use common::shapes;
 use glam::{DVec2, DVec3};
 use marmor::cpu::light;
 use marmor::cpu::shade::{self, Receiver, Shading, Spread};
-use marmor::frame::Renderer;
+use marmor::frame::{Renderer, Setup};
 use marmor::scene::{Fourth, Light, LightFrame, Material, Mesh, Mixture, Multiple};
 use rayon::prelude::*;
 
@@ -419,7 +419,7 @@ fn plans_that_mean_the_same_draw_the_same() {
             [64, 48],
             Multiple::Mixture(mixture),
         );
-        let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("one");
+        let mut renderer = Renderer::new(&device.device, &plan, &Setup::default()).expect("one");
         renderer.render(&mut |_| ()).expect("a picture");
         device::wide(&renderer.radiance().expect("radiance"))
     };

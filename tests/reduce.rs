@@ -10,7 +10,7 @@ use common::random::Random;
 use common::shapes;
 use glam::DVec2;
 use marmor::cpu::reduce::{self, Level};
-use marmor::frame::{Renderer, Target, reduce_alone};
+use marmor::frame::{Renderer, Setup, Target, reduce_alone};
 use marmor::scene::pyramid::Atlas;
 use marmor::scene::{Fourth, Jitter, Mixture, Multiple, Plan};
 
@@ -265,7 +265,8 @@ fn a_frame_reduces_what_its_light_pass_drew() {
         );
         plan.jitter = Jitter::All;
         plan.frames_averaged = 2;
-        let new = |plan: &Plan| Renderer::new(&device.device, plan, false, false).expect("one");
+        let new =
+            |plan: &Plan| Renderer::new(&device.device, plan, &Setup::default()).expect("one");
         let mut flat = new(&plan);
         flat.render(&mut |_| ()).expect("a picture");
         plan.split = Some(Multiple::Mixture(mixture));

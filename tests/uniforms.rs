@@ -12,7 +12,7 @@ use rspirv::spirv::{Decoration, Op};
 #[test]
 fn offsets_agree() {
     let mut loader = Loader::new();
-    rspirv::binary::parse_words(shaders::SHADE_FRAG_SAMPLES.spirv, &mut loader).expect("SPIR-V");
+    rspirv::binary::parse_words(shaders::SHADE_FRAG_SAMPLES.words(), &mut loader).expect("SPIR-V");
     let module = loader.module();
     let block = module
         .annotations

@@ -9,7 +9,7 @@ use common::shapes;
 use glam::{DVec2, DVec3};
 use marmor::cpu::volume::{self, Light};
 use marmor::cpu::{LightMap, light};
-use marmor::frame::{Renderer, Target};
+use marmor::frame::{Renderer, Setup, Target};
 use marmor::scene::volume::Volumes;
 use marmor::scene::{Jitter, LightFrame, Mixture, Multiple, Plan, Taps};
 use rayon::prelude::*;
@@ -166,7 +166,7 @@ fn plan(light_map: u32, mixture: Mixture) -> Plan {
 fn compare(device: &TestDevice, light_map: u32, mixture: Mixture, index: u32) {
     let what = format!("{light_map}, {mixture}, frame {index}");
     let plan = plan(light_map, mixture);
-    let mut renderer = Renderer::new(&device.device, &plan, false, false).expect("a renderer");
+    let mut renderer = Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
     // Frames before it, whose light must be gone.
     renderer
         .render_frames(0..index + 1, &mut |_| ())

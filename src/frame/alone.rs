@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::record_reduce;
 use super::reduce::ReducePass;
 use super::targets::{LightMap, PyramidDesc};
@@ -43,7 +44,7 @@ pub fn reduce_alone(
         levels,
     };
     let (target, pyramid) = LightMap::with_levels(device, size, &desc)?;
-    let pass = ReducePass::new(device, &target, &pyramid)?;
+    let pass = ReducePass::new(device, &target, &pyramid, Build::Plain)?;
 
     let buffer = |bytes: &[u8]| {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC;
@@ -81,6 +82,7 @@ pub fn reduce_alone(
             &target,
             &pyramid,
             &pass,
+            None,
             [Use::COPY_TARGET, Use::FRAGMENT_SAMPLE],
         );
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::shaders;
 use super::targets::Boxes;
 use crate::gpu::{self, Binding, ComputePipeline, DescriptorSets, Device, Image};
@@ -26,7 +27,13 @@ impl BoxesPass {
     ///
     /// Levels are read as storage images: on llvmpipe that takes three quarters of the time of
     /// four texel fetches, and five sixths of that of a bilinear tap.
-    pub fn new(device: &Arc<Device>, base: &Image, boxes: &Boxes) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        base: &Image,
+        boxes: &Boxes,
+        build: Build<'_>,
+    ) -> gpu::Result<Self> {
+        let shader = build.shader(&shaders::BOXES_COMP);
         let image = &boxes.image;
         let bindings: Vec<_> = (0..image.levels())
             .map(|level| {
@@ -34,11 +41,11 @@ impl BoxesPass {
                     0 => Binding::Storage(base),
                     _ => Binding::StorageLevel(image, level - 1),
                 };
-                vec![above, Binding::StorageLevel(image, level)]
+                build.bindings(&shader, vec![above, Binding::StorageLevel(image, level)])
             })
             .collect();
         let sets = DescriptorSets::new(device, "boxes", vk::ShaderStageFlags::COMPUTE, &bindings)?;
-        let pipeline = ComputePipeline::new(device, &shaders::BOXES_COMP, &sets, 0, &[])?;
+        let pipeline = ComputePipeline::new(device, &shader, &sets, 0, &[])?;
         Ok(BoxesPass {
             sets,
             pipeline,

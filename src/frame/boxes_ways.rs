@@ -6,6 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::boxes::BoxesPass;
+use super::fetches::Build;
 use super::shaders;
 use super::targets::Boxes;
 use crate::gpu::{
@@ -73,7 +74,7 @@ impl Chain {
         )?;
         let boxes = Boxes::new(device, size)?;
         let recorder = match way {
-            Way::Levels => Recorder::Levels(BoxesPass::new(device, &image, &boxes)?),
+            Way::Levels => Recorder::Levels(BoxesPass::new(device, &image, &boxes, Build::Plain)?),
             Way::Shared => Recorder::Shared(Shared::new(device, &image, &boxes)?),
             Way::Blit => Recorder::Blit,
         };

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::shaders;
 use super::targets::{Canvas, GBuffer, LightMap};
 use crate::gpu::{self, Binding, Buffer, ComputePipeline, DescriptorSets, Device, Sampler};
@@ -29,6 +30,7 @@ impl ExactPass {
         gbuffer: &GBuffer,
         canvas: &Canvas,
         columns: [u32; 2],
+        build: Build<'_>,
     ) -> gpu::Result<Self> {
         let sampler = Sampler::new(
             device,
@@ -37,20 +39,24 @@ impl ExactPass {
             vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
             None,
         )?;
+        let shader = build.shader(&shaders::EXACT_COMP);
         let bindings: Vec<_> = uniforms
             .iter()
             .map(|u| {
-                vec![
-                    Binding::Uniform(u),
-                    Binding::Sampled(&gbuffer.depth, &sampler),
-                    Binding::Sampled(&gbuffer.normal, &sampler),
-                    Binding::Sampled(&map.moments, &sampler),
-                    Binding::Storage(&canvas.radiance),
-                ]
+                build.bindings(
+                    &shader,
+                    vec![
+                        Binding::Uniform(u),
+                        Binding::Sampled(&gbuffer.depth, &sampler),
+                        Binding::Sampled(&gbuffer.normal, &sampler),
+                        Binding::Sampled(&map.moments, &sampler),
+                        Binding::Storage(&canvas.radiance),
+                    ],
+                )
             })
             .collect();
         let sets = DescriptorSets::new(device, "exact", vk::ShaderStageFlags::COMPUTE, &bindings)?;
-        let pipeline = ComputePipeline::new(device, &shaders::EXACT_COMP, &sets, 24, &[])?;
+        let pipeline = ComputePipeline::new(device, &shader, &sets, 24, &[])?;
         Ok(ExactPass {
             sets,
             pipeline,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::boxes_ways::{Chain, Way};
+use super::fetches::Build;
 use super::reduce::ReducePass;
 use super::run::{Error, Options, open_device};
 use super::targets::{LightMap, PyramidDesc};
@@ -81,7 +82,7 @@ pub fn reduce(options: &Options, side: u32, rounds: u32) -> Result<Reduce, Error
             fourth: None,
         };
         let (moments, pyramid) = LightMap::with_levels(&device, [side, side], &desc)?;
-        let pass = ReducePass::new(&device, &moments, &pyramid)?;
+        let pass = ReducePass::new(&device, &moments, &pyramid, Build::Plain)?;
         Ok::<_, gpu::Error>((moments, pyramid, pass))
     };
     let [from_0, from_1] = [pyramid(0)?, pyramid(1.min(last))?];
@@ -103,6 +104,7 @@ pub fn reduce(options: &Options, side: u32, rounds: u32) -> Result<Reduce, Error
                 &[moments],
                 levels,
                 pass,
+                None,
                 Use::FRAGMENT_SAMPLE,
             );
             barrier::image(
@@ -124,7 +126,7 @@ pub fn reduce(options: &Options, side: u32, rounds: u32) -> Result<Reduce, Error
             name,
             record: Box::new(move |commands| {
                 let state = [Use::FRAGMENT_SAMPLE; 2];
-                record_reduce(device, commands, moments, pyramid, pass, state);
+                record_reduce(device, commands, moments, pyramid, pass, None, state);
             }),
         });
     }

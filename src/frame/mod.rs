@@ -8,6 +8,7 @@ mod boxes;
 mod boxes_ways;
 mod capture;
 mod exact;
+mod fetches;
 mod geometry;
 mod light;
 pub mod measure;
@@ -38,13 +39,14 @@ use glam::DVec3;
 pub use alone::{Reduced, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
+pub use fetches::{Counting, stages};
 pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
 
 use crate::gpu::{
     self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier,
     submit,
 };
-use crate::ledger::Filter;
+use crate::ledger::{EXACT_TEXELS, Filter};
 use crate::optics::sampling::r2;
 use crate::optics::single::PathFit;
 use crate::scene::volume::Volumes;
@@ -52,6 +54,7 @@ use crate::scene::{Jitter, LightFrame, Multiple, Plan, Taps, View};
 use boxes::BoxesPass;
 use bytemuck::Zeroable;
 use exact::ExactPass;
+use fetches::{Build, COUNTING, Counters};
 use geometry::Geometry;
 use light::LightPass;
 use reduce::ReducePass;
@@ -73,10 +76,6 @@ const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 /// How many pairs of pixel and texel may a slab of the picture make with one row of the light
 /// map, which is the least that a submit of `exact` sums? Lavapipe takes about 0.1 s for them.
 const EXACT_PAIRS: u64 = 1 << 24;
-
-/// How many texels may one submit of `exact` sum? llvmpipe ends every loop of a shader after
-/// 65535 iterations in all, without a word.
-const EXACT_TEXELS: u32 = 60_000;
 
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
 const PASSES: [(&str, &CStr); 10] = [
@@ -167,45 +166,45 @@ pub struct Renderer {
     measure: bool,
     keep_gbuffer: bool,
     marches: bool,
+    counters: Option<Counters>,
     device: Arc<Device>,
+}
+
+/// What a renderer is asked for besides its plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Setup {
+    /// Whether the G-buffer is stored, so that [`Renderer::read`] can fetch it.
+    pub keep_gbuffer: bool,
+    /// Whether each subpass is drained around its stamps, so that its time is its own; a frame may take longer for it.
+    pub measure: bool,
+    /// How bilinear taps are read, which must not ask for more than the device offers; none for what it offers.
+    pub filter: Option<Filter>,
+    /// Whether the shaders count what they read.
+    pub counting: Counting,
 }
 
 impl Renderer {
     /// Prepares `plan` on `device`: every image, buffer and pipeline.
     ///
-    /// `keep_gbuffer` stores the G-buffer so that [`Renderer::read`] can fetch it. `measure`
-    /// drains each subpass around its stamps, so that its time is its own; a frame may take
-    /// longer for it.
-    ///
     /// # Errors
-    /// [`gpu::Error::OutOfMemory`] naming what did not fit, or what the driver says.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &Plan,
-        keep_gbuffer: bool,
-        measure: bool,
-    ) -> gpu::Result<Self> {
-        Self::with_filter(
-            device,
-            plan,
+    /// [`gpu::Error::OutOfMemory`] naming what did not fit, [`gpu::Error::Unsupported`] where the device cannot count,
+    /// or what the driver says.
+    pub fn new(device: &Arc<Device>, plan: &Plan, setup: &Setup) -> gpu::Result<Self> {
+        let &Setup {
             keep_gbuffer,
             measure,
-            filter_of(device.candidate()),
-        )
-    }
-
-    /// As [`Renderer::new`], with bilinear taps read as `filter` says, which must not ask for more
-    /// than the device offers: for tests of what runs on lesser devices.
-    ///
-    /// # Errors
-    /// As [`Renderer::new`].
-    pub fn with_filter(
-        device: &Arc<Device>,
-        plan: &Plan,
-        keep_gbuffer: bool,
-        measure: bool,
-        filter: Filter,
-    ) -> gpu::Result<Self> {
+            filter,
+            counting,
+        } = setup;
+        let filter = filter.unwrap_or_else(|| filter_of(device.candidate()));
+        let counters = (counting != Counting::Off)
+            .then(|| Counters::new(device, plan.size, &stages(plan, filter, counting)))
+            .transpose()?;
+        let build = match (&counters, counting) {
+            (None, _) => Build::Plain,
+            (Some(counters), Counting::Stray) => Build::Stray(counters),
+            (Some(counters), _) => Build::Counting(counters),
+        };
         let mesh = &plan.scene.mesh;
         // Positions are kept relative to the middle, so that float32 serves them best.
         let center = mesh.center();
@@ -288,15 +287,15 @@ impl Renderer {
         let reduce = map
             .pyramid
             .as_ref()
-            .map(|pyramid| ReducePass::new(device, &map.moments, pyramid))
+            .map(|pyramid| ReducePass::new(device, &map.moments, pyramid, build))
             .transpose()?;
         let box_levels = boxes
             .as_ref()
-            .map(|boxes| BoxesPass::new(device, &map.moments, boxes))
+            .map(|boxes| BoxesPass::new(device, &map.moments, boxes, build))
             .transpose()?;
         let volume = volumes
             .as_ref()
-            .map(|light| VolumePass::new(device, &map.moments, light))
+            .map(|light| VolumePass::new(device, &map.moments, light, build))
             .transpose()?;
         let view = ViewPass::new(device, &uniforms, &camera)?;
         let shade = ShadePass::new(
@@ -311,11 +310,15 @@ impl Renderer {
             &parts,
             plan.specular,
             filter,
+            build,
         )?;
         let exact = exact_columns
-            .map(|columns| ExactPass::new(device, &uniforms, &map, &gbuffer, &canvas, columns))
+            .map(|columns| {
+                ExactPass::new(device, &uniforms, &map, &gbuffer, &canvas, columns, build)
+            })
             .transpose()?;
-        let resolve = ResolvePass::new(device, &uniforms, &canvas)?;
+        let resolve =
+            ResolvePass::new(device, &uniforms, &canvas, plan.frames_averaged > 1, build)?;
         Ok(Renderer {
             slots,
             stamps,
@@ -351,6 +354,7 @@ impl Renderer {
             measure,
             keep_gbuffer,
             marches: parts.iter().any(|part| part.march.is_some()),
+            counters,
             device: Arc::clone(device),
         })
     }
@@ -467,6 +471,13 @@ impl Renderer {
     fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
         let device = &*self.device;
         let (map, gbuffer, canvas) = (&self.map, &self.gbuffer, &self.canvas);
+        let counters = self.counters.as_ref();
+        for counts in counters.into_iter().flat_map(Counters::buffers) {
+            barrier::buffer(
+                device, commands, c"WAW: the previous frame counts its reads here",
+                counts, COUNTING, COUNTING,
+            );
+        }
         // What reads the map and the G-buffer: the shade pass, and `exact` in compute. A render
         // pass also stores its attachments at its end, which is a write.
         let mut map_read = Use::FRAGMENT_SAMPLE;
@@ -512,13 +523,13 @@ impl Renderer {
         let mut moments_left = Use::COLOR_WRITE;
         if let (Some(pyramid), Some(reduce)) = (&map.pyramid, &self.reduce) {
             self.begin(commands, slot, REDUCE);
-            record_reduce(device, commands, &map.moments, pyramid, reduce, [Use::COLOR_WRITE, map_read]);
+            record_reduce(device, commands, &map.moments, pyramid, reduce, counters, [Use::COLOR_WRITE, map_read]);
             self.end(commands, slot, REDUCE);
             moments_left = map_read;
         }
         if let (Some(boxes), Some(levels)) = (&self.boxes, &self.box_levels) {
             self.begin(commands, slot, BOXES);
-            record_boxes(device, commands, &map.moments, boxes, levels, [moments_left, map_read]);
+            record_boxes(device, commands, &map.moments, boxes, levels, counters, [moments_left, map_read]);
             self.end(commands, slot, BOXES);
         } else if self.reduce.is_none() {
             barrier::image(
@@ -604,8 +615,9 @@ impl Renderer {
         let slab = 8 * (EXACT_PAIRS / (8 * u64::from(width) * u64::from(rows))).clamp(1, 1 << 13) as u32;
         let units = u64::from(height.div_ceil(slab)) * u64::from(rows);
         let mut finished = u64::from(frame) * units;
-        // One row first: how fast the device is, only a measurement tells.
-        let mut band = 1;
+        // One row first: how fast the device is, only a measurement tells. A counting build has the bands of the ledger.
+        let most = (EXACT_TEXELS / rows).max(1);
+        let mut band = if self.counters.is_some() { most } else { 1 };
         for line in (0..height).step_by(slab as usize) {
             let lines = [line, (line + slab).min(height)];
             let mut done = 0;
@@ -616,6 +628,7 @@ impl Renderer {
                     &self.device, commands, c"RAW, WAW: each band adds to the one before",
                     &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
                 );
+                record_counted(&self.device, commands, self.counters.as_ref());
                 let start = Instant::now();
                 self.begin(commands, slot, EXACT);
                 if let Some(exact) = &self.exact {
@@ -627,7 +640,9 @@ impl Renderer {
                 let seconds = start.elapsed().as_secs_f64() / f64::from(next - done);
                 // At most eightfold, lest the first measurement was of a device half asleep.
                 let wanted = EXACT_SUBMIT.as_secs_f64() / seconds.max(1e-6);
-                band = (wanted as u32).min(EXACT_TEXELS / rows).clamp(1, 8 * band);
+                if self.counters.is_none() {
+                    band = (wanted as u32).min(most).clamp(1, 8 * band);
+                }
                 finished += u64::from(next - done);
                 done = next;
                 progress(Progress::Exact { done: finished, of: units * u64::from(self.frames) });
@@ -671,6 +686,12 @@ impl Renderer {
             &self.device, commands, c"RAW: the copy reads the display image",
             &canvas.display, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
         );
+        for counts in self.counters.iter().flat_map(Counters::buffers) {
+            barrier::buffer(
+                &self.device, commands, c"RAW: the host reads the counts",
+                counts, COUNTING, Use::HOST_READ,
+            );
+        }
         self.begin(commands, slot, READBACK);
         submit::record_readback(&self.device, commands, &canvas.mean, &self.mean_readback);
         submit::record_readback(&self.device, commands, &canvas.display, &self.display_readback);
@@ -773,6 +794,7 @@ fn record_boxes(
     moments: &Image,
     boxes: &Boxes,
     pass: &BoxesPass,
+    counters: Option<&Counters>,
     [before, after]: [Use; 2],
 ) {
     barrier::image(
@@ -785,6 +807,7 @@ fn record_boxes(
     );
     for level in 0..boxes.image.levels() {
         pass.record_level(commands, level);
+        record_counted(device, commands, counters);
         barrier::levels(
             device, commands, c"RAW: the next level is made of this one, and shading samples it",
             &boxes.image, level..level + 1, Use::COMPUTE_STORAGE,
@@ -810,13 +833,14 @@ fn record_reduce(
     moments: &Image,
     pyramid: &Pyramid,
     reduce: &ReducePass,
+    counters: Option<&Counters>,
     [before, after]: [Use; 2],
 ) {
     let fourth = pyramid.fourth.as_ref();
     let moments: Vec<_> = std::iter::once(moments).chain(fourth.map(|f| &f.moments)).collect();
     let smoothed = || std::iter::once(&pyramid.smoothed).chain(fourth.map(|f| &f.smoothed));
 
-    record_halving(device, commands, &moments, pyramid.atlas.levels(), reduce, before);
+    record_halving(device, commands, &moments, pyramid.atlas.levels(), reduce, counters, before);
     for image in smoothed() {
         barrier::image(
             device, commands, c"WAR: the previous frame shades from the smoothed moments",
@@ -846,6 +870,7 @@ fn record_halving(
     moments: &[&Image],
     levels: u32,
     reduce: &ReducePass,
+    counters: Option<&Counters>,
     before: Use,
 ) {
     for image in moments {
@@ -857,12 +882,24 @@ fn record_halving(
     // A dispatch writes none of the texels of an image that it reads.
     for level in 1..levels {
         reduce.decimate(commands, level);
+        record_counted(device, commands, counters);
         for image in moments {
             barrier::image(
                 device, commands, c"RAW: the next level and smoothing read this one",
                 image, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
             );
         }
+    }
+}
+
+/// In a counting build, between dispatches of one shader.
+#[rustfmt::skip] // A barrier is read as a sentence.
+fn record_counted(device: &Device, commands: vk::CommandBuffer, counters: Option<&Counters>) {
+    for counts in counters.into_iter().flat_map(Counters::buffers) {
+        barrier::buffer(
+            device, commands, c"WAW: the next dispatch goes on counting",
+            counts, COUNTING, COUNTING,
+        );
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::shaders;
 use super::targets::Pyramid;
 use crate::gpu::{
@@ -17,12 +18,15 @@ use crate::scene::pyramid::{Atlas, Place};
 /// How many levels the table of `smooth.comp` can hold: a base of 8192 texels has as many.
 const MAX_LEVELS: usize = 14;
 
+/// Texels that an invocation of `smooth.comp` makes.
+pub const SMOOTH_OUTPUTS: u32 = 16;
+
 /// Columns and rows of what a workgroup of `smooth.comp` makes: 8 x 8 invocations of 4 x 4.
 const TILE: [u32; 2] = [32, 32];
 
 /// Texels along each axis that an invocation of `decimate.comp` makes, and the invocations of a
 /// workgroup, all in one row.
-const HALVE_OUTPUTS: u32 = 2;
+pub const HALVE_OUTPUTS: u32 = 2;
 const HALVE_GROUP: u32 = 32;
 
 /// Texels before and after an interior to which the pyramid itself spreads.
@@ -60,16 +64,19 @@ pub struct ReducePass {
 impl ReducePass {
     /// Prepares making the levels of `pyramid` from level 0 of `moments`, and smoothing those that
     /// it asks for.
-    pub fn new(device: &Arc<Device>, moments: &Image, pyramid: &Pyramid) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        moments: &Image,
+        pyramid: &Pyramid,
+        build: Build<'_>,
+    ) -> gpu::Result<Self> {
         let compute = vk::ShaderStageFlags::COMPUTE;
         let mut bindings = vec![Binding::Storage(moments)];
         bindings.extend(pyramid.fourth.iter().map(|f| Binding::Storage(&f.moments)));
+        let shader = build.shader(halving(pyramid.fourth.is_some()));
+        let bindings = build.bindings(&shader, bindings);
         let sets = DescriptorSets::new(device, "reduce, halving", compute, &[bindings])?;
-        let shader = match &pyramid.fourth {
-            None => &shaders::DECIMATE_COMP,
-            Some(_) => &shaders::DECIMATE_COMP_FOURTH,
-        };
-        let halve = ComputePipeline::new(device, shader, &sets, 24, &[])?;
+        let halve = ComputePipeline::new(device, &shader, &sets, 24, &[])?;
 
         let smooth = |name, source, target, levels, shader| {
             Smoothing::new(
@@ -79,6 +86,7 @@ impl ReducePass {
                 target,
                 tiles(&pyramid.atlas, levels),
                 shader,
+                build,
             )
         };
         let mut smoothing = vec![smooth(
@@ -128,6 +136,14 @@ impl ReducePass {
     }
 }
 
+/// The shader that halves, with or without the fourth moment.
+pub fn halving(fourth: bool) -> &'static Shader {
+    match fourth {
+        false => &shaders::DECIMATE_COMP,
+        true => &shaders::DECIMATE_COMP_FOURTH,
+    }
+}
+
 impl Smoothing {
     fn new(
         device: &Arc<Device>,
@@ -136,7 +152,9 @@ impl Smoothing {
         target: &Image,
         (table, levels, tiles): (Table, u32, u32),
         shader: &Shader,
+        build: Build<'_>,
     ) -> gpu::Result<Self> {
+        let shader = build.shader(shader);
         let mut buffer = Buffer::new(
             device,
             name,
@@ -150,9 +168,10 @@ impl Smoothing {
             Binding::Storage(target),
             Binding::Uniform(&buffer),
         ];
+        let bindings = build.bindings(&shader, bindings);
         let stage = vk::ShaderStageFlags::COMPUTE;
         let sets = DescriptorSets::new(device, name, stage, &[bindings])?;
-        let pipeline = ComputePipeline::new(device, shader, &sets, 0, &[levels])?;
+        let pipeline = ComputePipeline::new(device, &shader, &sets, 0, &[levels])?;
         Ok(Smoothing {
             sets,
             pipeline,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::shaders;
 use super::targets::Canvas;
 use crate::gpu::{self, Binding, Buffer, ComputePipeline, DescriptorSets, Device};
@@ -19,24 +20,34 @@ pub struct ResolvePass {
 }
 
 impl ResolvePass {
-    /// Prepares the pass over `canvas`.
-    pub fn new(device: &Arc<Device>, uniforms: &[Buffer], canvas: &Canvas) -> gpu::Result<Self> {
+    /// Prepares the pass over `canvas`; only with `history` is the mean of earlier frames read.
+    pub fn new(
+        device: &Arc<Device>,
+        uniforms: &[Buffer],
+        canvas: &Canvas,
+        history: bool,
+        build: Build<'_>,
+    ) -> gpu::Result<Self> {
+        let shader = build.shader(&shaders::RESOLVE_COMP);
         let bindings: Vec<_> = uniforms
             .iter()
             .map(|u| {
-                vec![
-                    Binding::Uniform(u),
-                    Binding::Storage(&canvas.radiance),
-                    Binding::Storage(&canvas.mean),
-                    Binding::Storage(&canvas.display),
-                ]
+                build.bindings(
+                    &shader,
+                    vec![
+                        Binding::Uniform(u),
+                        Binding::Storage(&canvas.radiance),
+                        Binding::Storage(&canvas.mean),
+                        Binding::Storage(&canvas.display),
+                    ],
+                )
             })
             .collect();
         let sets =
             DescriptorSets::new(device, "resolve", vk::ShaderStageFlags::COMPUTE, &bindings)?;
         let pipeline =
-            |encode| ComputePipeline::new(device, &shaders::RESOLVE_COMP, &sets, 0, &[encode]);
-        let pipelines = [pipeline(0)?, pipeline(1)?];
+            |encode| ComputePipeline::new(device, &shader, &sets, 0, &constants(encode, history));
+        let pipelines = [pipeline(false)?, pipeline(true)?];
         Ok(ResolvePass {
             sets,
             pipelines,
@@ -50,4 +61,9 @@ impl ResolvePass {
         pipeline.bind(commands, &self.sets, slot);
         pipeline.dispatch_8x8(commands, self.size);
     }
+}
+
+/// The values of the specialisation constants of `resolve.comp`.
+pub fn constants(encode: bool, history: bool) -> [u32; 2] {
+    [u32::from(encode), u32::from(history)]
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::geometry::Geometry;
-use super::{PassTime, Progress, Renderer};
+use super::{PassTime, Progress, Renderer, Setup};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger;
 use crate::scene::pyramid::Atlas;
@@ -189,7 +189,14 @@ pub fn render(
 ) -> Result<Picture, Error> {
     let device = open_device(options)?;
     check_fit(options, plan, device.candidate())?;
-    let mut renderer = Renderer::new(&device, plan, false, options.measure)?;
+    let mut renderer = Renderer::new(
+        &device,
+        plan,
+        &Setup {
+            measure: options.measure,
+            ..Setup::default()
+        },
+    )?;
     warn_coarse(plan, &renderer);
     warn_volumes(plan);
     if options.measure && plan.multiple != Multiple::Exact && plan.split != Some(Multiple::Exact) {

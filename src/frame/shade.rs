@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::shaders;
 use super::targets::{Boxes, GBuffer, Light, LightMap};
 use crate::gpu::{
@@ -66,6 +67,7 @@ impl ShadePass {
         parts: &[PartDesc],
         specular: bool,
         filter: Filter,
+        build: Build<'_>,
     ) -> gpu::Result<Self> {
         let zero = |name, filter| {
             let border = vk::BorderColor::FLOAT_TRANSPARENT_BLACK;
@@ -122,6 +124,10 @@ impl ShadePass {
                     }
                     _ => Binding::Sampled(&map.moments, &nearest),
                 };
+                let shader = build.shader(match build {
+                    Build::Stray(_) => &shaders::SHADE_FRAG_STRAY,
+                    Build::Plain | Build::Counting(_) => variant(part, filter),
+                });
                 let bindings: Vec<_> = uniforms
                     .iter()
                     .map(|u| {
@@ -135,14 +141,17 @@ impl ShadePass {
                             Binding::Input(&gbuffer.back_normal),
                             exits,
                         ];
-                        shared.into_iter().chain(own.iter().copied()).collect()
+                        build.bindings(
+                            &shader,
+                            shared.into_iter().chain(own.iter().copied()).collect(),
+                        )
                     })
                     .collect();
                 let stages = vk::ShaderStageFlags::FRAGMENT;
                 let sets = DescriptorSets::new(device, "shade", stages, &bindings)?;
                 let desc = GraphicsDesc {
                     vertex: &shaders::SHADE_VERT,
-                    fragment: Some(variant(part, filter)),
+                    fragment: Some(&shader),
                     vertices: None,
                     cull: vk::CullModeFlags::NONE,
                     front: vk::FrontFace::COUNTER_CLOCKWISE,
@@ -150,15 +159,7 @@ impl ShadePass {
                     depth: (vk::CompareOp::GREATER, false),
                     colors: 1,
                     subpass,
-                    constants: &[
-                        u32::from(specular),
-                        part.counts[0],
-                        part.counts[1],
-                        part.counts[2],
-                        part.counts[3],
-                        part.counts[4],
-                        part.march.map_or(0, |march| march.steps),
-                    ],
+                    constants: &constants(part, specular),
                 };
                 Ok(Part {
                     columns: part.columns,
@@ -185,8 +186,15 @@ impl ShadePass {
     }
 }
 
+/// The values of the specialisation constants of `shade.frag`.
+pub fn constants(part: &PartDesc, specular: bool) -> [u32; 7] {
+    let [a, b, c, d, e] = part.counts;
+    let steps = part.march.map_or(0, |march| march.steps);
+    [u32::from(specular), a, b, c, d, e, steps]
+}
+
 /// The shader of a part.
-fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
+pub fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
     use shaders as s;
     let exits = part.march.map(|march| march.exits);
     macro_rules! variant {

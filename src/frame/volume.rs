@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::fetches::Build;
 use super::shaders;
 use super::targets::Light;
 use crate::gpu::{self, Binding, ComputePipeline, DescriptorSets, Device, Image, Sampler};
@@ -63,7 +64,12 @@ pub struct VolumePass {
 
 impl VolumePass {
     /// Prepares making `light` of `moments`.
-    pub fn new(device: &Arc<Device>, moments: &Image, light: &Light) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        moments: &Image,
+        light: &Light,
+        build: Build<'_>,
+    ) -> gpu::Result<Self> {
         let stage = vk::ShaderStageFlags::COMPUTE;
         let border = vk::BorderColor::FLOAT_TRANSPARENT_BLACK;
         let sampler = Sampler::new(device, "texels", vk::Filter::NEAREST, border, None)?;
@@ -71,12 +77,11 @@ impl VolumePass {
         let steps = light.steps.each_ref().map(Binding::StorageBuffer);
         let set = |name, bindings| DescriptorSets::new(device, name, stage, &[bindings]);
 
-        let sets = set(
-            "volume, deposit",
-            vec![Binding::Sampled(moments, &sampler), grids],
-        )?;
+        let shader = build.shader(&shaders::VOLUME_COMP);
+        let bindings = vec![Binding::Sampled(moments, &sampler), grids];
+        let sets = set("volume, deposit", build.bindings(&shader, bindings))?;
         let bytes = size_of::<Deposit>() as u32;
-        let pipeline = ComputePipeline::new(device, &shaders::VOLUME_COMP, &sets, bytes, &[])?;
+        let pipeline = ComputePipeline::new(device, &shader, &sets, bytes, &[])?;
         let deposit = (sets, pipeline);
 
         let sets = set("volume, halving", vec![grids])?;

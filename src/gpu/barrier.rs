@@ -51,6 +51,9 @@ uses! {
     /// A storage image or buffer read and written by a compute shader.
     COMPUTE_STORAGE = S::COMPUTE_SHADER,
         A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()), GENERAL;
+    /// A storage image or buffer read and written by a fragment shader.
+    FRAGMENT_STORAGE = S::FRAGMENT_SHADER,
+        A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()), GENERAL;
     /// A storage image written by a compute shader.
     COMPUTE_WRITE = S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE, GENERAL;
     /// Cleared by a transfer command.

@@ -36,6 +36,8 @@ pub struct Candidate {
     pub linear_floats: bool,
     /// Whether RGBA32F images can be blitted from and to.
     pub blit_float32: bool,
+    /// Whether fragment shaders can store, which only the counting build wants.
+    pub fragment_stores: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -138,6 +140,7 @@ impl Candidate {
         }
         // SAFETY: as above.
         unsafe { raw.get_physical_device_features2(physical, &mut features) };
+        let features = features.features;
         // SAFETY: as above.
         let queues = unsafe { raw.get_physical_device_queue_family_properties(physical) };
         // SAFETY: as above.
@@ -227,6 +230,7 @@ impl Candidate {
             linear_floats: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
                 .iter()
                 .all(|&format| offers(format, F::SAMPLED_IMAGE_FILTER_LINEAR)),
+            fragment_stores: features.fragment_stores_and_atomics == vk::TRUE,
             blit_float32: offers(vk::Format::R32G32B32A32_SFLOAT, F::BLIT_SRC | F::BLIT_DST),
             lacks,
         }
@@ -270,8 +274,11 @@ impl Device {
             .iter()
             .any(|e| e.extension_name_as_c_str().is_ok_and(|name| name == subset));
         let extensions: &[_] = if layered { &[subset.as_ptr()] } else { &[] };
+        let features = vk::PhysicalDeviceFeatures::default()
+            .fragment_stores_and_atomics(candidate.fragment_stores);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queue)
+            .enabled_features(&features)
             .enabled_extension_names(extensions)
             .push_next(&mut features13);
         // SAFETY: the candidate comes from this instance, and offers what is enabled.

@@ -13,8 +13,26 @@ pub struct Shader {
     pub name: &'static str,
     /// The pipeline stage.
     pub stage: vk::ShaderStageFlags,
-    /// Optimised SPIR-V.
-    pub spirv: &'static [u32],
+    /// Optimised SPIR-V, with names and lines, in little-endian words.
+    pub spirv: &'static [u8],
+    /// The counting build of the same source: what it reads of textures it counts.
+    pub counting: &'static [u8],
+}
+
+impl Shader {
+    /// The counting build in place of the plain one.
+    pub fn counted(self) -> Shader {
+        Shader {
+            spirv: self.counting,
+            ..self
+        }
+    }
+
+    /// The SPIR-V as words.
+    pub fn words(&self) -> Vec<u32> {
+        let (words, _) = self.spirv.as_chunks::<4>();
+        words.iter().map(|&word| u32::from_le_bytes(word)).collect()
+    }
 }
 
 /// A shader module that lives while pipelines are made.
@@ -26,7 +44,8 @@ struct Module<'a> {
 
 impl<'a> Module<'a> {
     fn new(device: &'a Device, shader: &'a Shader) -> super::Result<Self> {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.spirv);
+        let words = shader.words();
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words come from shaderc, which emits valid SPIR-V.
         let raw = check("vkCreateShaderModule", unsafe {
             device.raw.create_shader_module(&info, None)

@@ -1,8 +1,14 @@
-//! The fetch ledger: what the plan declares that each pass reads, per pixel.
+//! The fetch ledger: what each pass reads of textures, per pixel, three times over.
 //!
-//! A fetch is one executed image instruction that reads a texture. Reads of input
-//! attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
-//! writes with term [`TEXEL`]; neither counts as fetches of a pixel.
+//! A fetch is one executed image instruction that reads a texture. It is *declared* by the plan ([`declared`]),
+//! *found* in the SPIR-V ([`spirv`]) and *measured* by a counting build of the same shaders; [`Ledger`] holds the three
+//! together. Reads of input attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
+//! writes with term [`TEXEL`], or [`BUFFER`] where it reads no texture; none of these counts as a fetch of a pixel.
+
+pub mod spirv;
+mod table;
+
+pub use table::{Counts, Ledger, Measured, Row, Stage, Subtotal};
 
 use crate::scene::{Exits, Multiple, Plan};
 
@@ -10,6 +16,8 @@ use crate::scene::{Exits, Multiple, Plan};
 pub const INPUT: &str = "input";
 /// The term of reads per texel written, in passes over the light map.
 pub const TEXEL: &str = "texel";
+/// The term of what a pass over volumes reads of buffers, per cell written.
+pub const BUFFER: &str = "buffer";
 
 /// Reads per texel that halving writes: an invocation makes 2x2 texels of 6x6.
 const HALVE_LOADS: u32 = 9;
@@ -53,12 +61,21 @@ impl Filter {
 pub struct Declared {
     /// The pass that reads.
     pub pass: &'static str,
-    /// The term it serves: "multiple", "single", "other", [`INPUT`] or [`TEXEL`].
+    /// The shader that reads.
+    pub shader: &'static str,
+    /// The term it serves: "multiple", "single", "other", [`INPUT`], [`TEXEL`] or [`BUFFER`].
     pub term: &'static str,
+    /// What is read, by its name in the shader.
+    pub texture: &'static str,
     /// What is read, and how.
     pub what: &'static str,
-    /// How often per covered pixel, at most; per texel written for [`TEXEL`].
+    /// How often per covered pixel, at most; per texel or cell written for [`TEXEL`] and [`BUFFER`].
     pub per_pixel: u32,
+}
+
+/// Whether `term` counts as fetches of a pixel.
+pub fn counts(term: &str) -> bool {
+    ![INPUT, TEXEL, BUFFER].contains(&term)
 }
 
 /// What `plan` declares on a device that filters as `filter`. With a split picture, the more
@@ -82,123 +99,133 @@ pub fn declared(plan: &Plan, filter: Filter) -> Vec<Declared> {
 pub fn total(lines: &[Declared]) -> u32 {
     lines
         .iter()
-        .filter(|l| ![INPUT, TEXEL].contains(&l.term))
+        .filter(|l| counts(l.term))
         .map(|l| l.per_pixel)
         .sum()
 }
 
 fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
-    let line = |pass, term, what, per_pixel| Declared {
+    let line = |(pass, shader), term, texture, what, per_pixel| Declared {
         pass,
+        shader,
         term,
+        texture,
         what,
         per_pixel,
     };
+    const SHADE: (&str, &str) = ("shade", "shade.frag");
     let mut lines = vec![
-        line("shade", INPUT, "view depth", 1),
-        line("shade", INPUT, "view normal", 1),
+        line(SHADE, INPUT, "view_depth", "its own depth", 1),
+        line(SHADE, INPUT, "view_normal", "its own normal", 1),
     ];
     if plan.specular || method == Multiple::Brdf {
-        lines.push(line("shade", "other", "light depth, gather and compare", 1));
+        let what = "light depth, gather and compare";
+        lines.push(line(SHADE, "other", "light_depth", what, 1));
     }
     if let Some(march) = plan.march(method) {
-        lines.push(line("shade", INPUT, "back faces' depth", 1));
-        lines.push(line("shade", INPUT, "back faces' normal", 1));
+        let what = ["back face's depth", "back face's normal"];
+        lines.push(line(SHADE, INPUT, "back_depth", what[0], 1));
+        lines.push(line(SHADE, INPUT, "back_normal", what[1], 1));
         let what = match march.exits {
             Exits::Depth => "light depth, nearest",
             Exits::Linear if filter == Filter::Linear => "light moments, bilinear",
             // A device that cannot filter reads the nearest.
             Exits::Linear | Exits::Nearest => "light moments, nearest",
         };
-        lines.push(line("shade", "single", what, march.steps));
+        lines.push(line(SHADE, "single", "exits", what, march.steps));
     }
+    let mut multiple =
+        |texture, what, count| lines.push(line(SHADE, "multiple", texture, what, count));
     match method {
         Multiple::None | Multiple::Brdf => {}
         Multiple::Samples(n) => {
-            lines.push(line(
-                "shade",
-                "multiple",
-                "light moments above the receiver, nearest",
-                1,
-            ));
-            lines.push(line("shade", "multiple", "blue noise, texel", 1));
-            lines.push(line("shade", "multiple", "light moments, nearest", n));
+            multiple("blue_noise", "blue noise, texel", 1);
+            // One more above the receiver, whose depth tells the gap to the light.
+            multiple("moments", "light moments, nearest", 1 + n);
         }
         Multiple::Rings(rings) => {
             let rings = plan.rings(rings);
-            lines.push(line("boxes", TEXEL, "level above, 2x2 texels", 4));
-            let taps = [
-                ("light moments, bilinear", 1),
-                ("boxes, bilinear", rings - 1),
-            ];
-            for (what, taps) in taps {
-                lines.push(line("shade", "multiple", what, taps * filter.fetches()));
+            multiple("moments", "light moments, bilinear", filter.fetches());
+            let taps = (rings - 1) * filter.fetches();
+            if taps > 0 {
+                multiple("boxes", "boxes, bilinear", taps);
             }
+            let pass = ("boxes", "boxes.comp");
+            lines.push(line(pass, TEXEL, "source", "level above, 2x2 texels", 4));
         }
         Multiple::Mixture(mixture) => {
             let taps = plan.taps(mixture, &plan.light_frame());
             let [levels, fourth, volumes] = taps.counts();
-            for (what, count) in [
-                ("level above, 6x6 texels for 2x2", HALVE_LOADS),
-                ("a level, 12x12 texels for 4x4", SMOOTH_LOADS),
-            ] {
-                let textures = 1 + u32::from(fourth > 0);
-                lines.push(line("reduce", TEXEL, what, textures * count));
-            }
-            lines.push(line(
-                "shade",
-                "multiple",
-                "smoothed moments, bilinear",
-                levels * filter.fetches(),
-            ));
+            let what = "smoothed moments, bilinear";
+            multiple("smoothed", what, levels * filter.fetches());
             if fourth > 0 {
-                lines.push(line(
-                    "shade",
-                    "multiple",
-                    "smoothed fourth moment, bilinear",
-                    fourth * filter.fetches(),
-                ));
+                let what = "smoothed fourth moment, bilinear";
+                multiple("smoothed_fourth", what, fourth * filter.fetches());
             }
+            if volumes > 0 {
+                let what = "volumes, trilinear";
+                multiple("volumes", what, volumes * filter.volume_fetches());
+            }
+            let (halving, smoothing) = (("reduce", "decimate.comp"), ("reduce", "smooth.comp"));
+            let what = "level above, 6x6 texels for 2x2";
+            lines.push(line(halving, TEXEL, "moments", what, HALVE_LOADS));
+            if fourth > 0 {
+                lines.push(line(halving, TEXEL, "fourth", what, HALVE_LOADS));
+            }
+            let images = 1 + u32::from(fourth > 0);
+            let what = "a level, 12x12 texels for 4x4, of each image";
+            lines.push(line(
+                smoothing,
+                TEXEL,
+                "source",
+                what,
+                images * SMOOTH_LOADS,
+            ));
             if let Some(desc) = &taps.volumes {
                 let reach = desc.grids[0].reach();
                 let radius = desc.volumes.iter().map(|v| v.weights.len() as u32 - 1);
                 let blur = (BLUR_OUTPUTS + 2 * radius.max().unwrap_or(0)).div_ceil(BLUR_OUTPUTS);
-                for (what, count) in [
-                    ("light moments around a column of cells", reach * reach),
-                    (
-                        "cells of the grid before, 6x6x6 for 2x2x2",
-                        HALVE_CELL_LOADS,
-                    ),
-                    ("cells along an axis, three times, at most", 3 * blur),
-                ] {
-                    lines.push(line("volume", TEXEL, what, count));
-                }
-                lines.push(line(
-                    "shade",
-                    "multiple",
-                    "volumes, trilinear",
-                    volumes * filter.volume_fetches(),
-                ));
+                let what = "light moments around a column of cells";
+                let pass = ("volume", "volume.comp");
+                lines.push(line(pass, TEXEL, "moments", what, reach * reach));
+                let what = "cells of the grid before, 6x6x6 for 2x2x2";
+                let pass = ("volume", "volume_halve.comp");
+                lines.push(line(pass, BUFFER, "light", what, HALVE_CELL_LOADS));
+                let what = "cells along an axis, three times, at most";
+                let pass = ("volume", "volume_blur.comp");
+                lines.push(line(pass, BUFFER, "source", what, 3 * blur));
             }
         }
         Multiple::Exact => {
-            // Each band of rows reads the pixel's own values again; one band is declared.
-            lines.push(line("exact", "multiple", "view depth and normal, texel", 2));
-            lines.push(line(
-                "exact",
-                "multiple",
-                "light moments, texel",
-                plan.light_map.pow(2),
-            ));
-            lines.push(line("exact", "multiple", "radiance, storage image", 1));
+            let pass = ("exact", "exact.comp");
+            // Each band of rows reads the pixel's own values again.
+            let bands = exact_bands(plan.light_map);
+            for (texture, what, count) in [
+                ("view_depth", "its own depth, texel", bands),
+                ("view_normal", "its own normal, texel", bands),
+                ("moments", "light moments, texel", plan.light_map.pow(2)),
+                ("radiance", "sum so far, storage image", bands),
+            ] {
+                lines.push(line(pass, "multiple", texture, what, count));
+            }
         }
     }
-    let history = u32::from(plan.frames_averaged > 1);
-    lines.push(line(
-        "resolve",
-        "other",
-        "radiance and mean, storage image",
-        1 + history,
-    ));
+    let resolve = ("resolve", "resolve.comp");
+    let what = "radiance, storage image";
+    lines.push(line(resolve, "other", "radiance", what, 1));
+    if plan.frames_averaged > 1 {
+        let what = "mean so far, storage image";
+        lines.push(line(resolve, "other", "mean", what, 1));
+    }
     lines
+}
+
+/// Texels of the light map that one dispatch of `exact` sums at most, for each pixel: llvmpipe ends every loop of a
+/// shader after 65535 iterations in all, without a word.
+pub const EXACT_TEXELS: u32 = 60_000;
+
+/// In how many bands of its rows `exact` sums a light map of `side` texels a side, at least. The renderer cuts more
+/// where the device is slow, and each reads three values of the pixel again.
+pub fn exact_bands(side: u32) -> u32 {
+    side.div_ceil((EXACT_TEXELS / side).max(1))
 }

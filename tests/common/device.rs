@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use glam::{DVec2, DVec3};
 use marmor::cpu::{GBuffer, LightMap};
-use marmor::frame::{Options, Renderer, Target, open_device};
+use marmor::frame::{Options, Renderer, Setup, Target, open_device};
 use marmor::gpu::Device;
 use marmor::scene::{Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scene, Single};
 
@@ -128,7 +128,7 @@ pub fn plan(
 
 /// Renders `plan`; returns its linear radiance.
 pub fn render(device: &TestDevice, plan: &Plan) -> Vec<[f32; 4]> {
-    let mut renderer = Renderer::new(&device.device, plan, false, false).expect("a renderer");
+    let mut renderer = Renderer::new(&device.device, plan, &Setup::default()).expect("a renderer");
     renderer.render(&mut |_| ()).expect("a picture");
     renderer.radiance().expect("its radiance")
 }

@@ -1,0 +1,333 @@
+//! The ledger as a table: declared, found and measured, side by side.
+
+use super::spirv::{self, Kind, Site};
+use super::{BUFFER, Declared, INPUT, TEXEL, counts};
+
+/// A shader that a plan runs, as the ledger sees it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// The pass it belongs to.
+    pub pass: &'static str,
+    /// Its file and variant, as "shade.frag mixture".
+    pub shader: &'static str,
+    /// Its SPIR-V.
+    pub words: Vec<u32>,
+    /// Values of its specialisation constants 0, 1, ...
+    pub constants: Vec<u32>,
+    /// Trips of the loops that only the device knows, outermost first.
+    pub given: Vec<u64>,
+    /// Texels that an invocation writes, in passes over the light map; none where an invocation is a pixel.
+    pub texels: Option<u32>,
+}
+
+/// What a counting build has counted of one stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// The stage's shader, as [`Stage::shader`].
+    pub shader: &'static str,
+    /// Of every pixel, row-major, reads by term: single, multiple, other, input attachments; 0 where nothing ran. Of
+    /// passes over the light map one entry, the most that an invocation read.
+    pub reads: Vec<[u32; 4]>,
+}
+
+/// How often the device read, in fact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// In the pixel that read most; per texel, in passes over the light map.
+    pub most: f64,
+    /// In the mean over the pixels in which the pass ran; none in passes over the light map.
+    pub mean: Option<f64>,
+}
+
+/// What is read of one texture for one term by one shader.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The pass.
+    pub pass: String,
+    /// The file of the shader.
+    pub shader: String,
+    /// The term: "single", "multiple", "other", "input", "texel" or "buffer".
+    pub term: String,
+    /// The texture's name in the shader.
+    pub texture: String,
+    /// What it holds and how it is read, where it was declared.
+    pub what: String,
+    /// Declared, per pixel or texel.
+    pub declared: f64,
+    /// Found in the SPIR-V, per pixel or texel; none of buffers, whose reads are no image instructions.
+    pub found: Option<f64>,
+    /// Where.
+    pub sites: Vec<Site>,
+}
+
+/// What one shader reads for one term.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subtotal {
+    /// The pass.
+    pub pass: String,
+    /// The file of the shader.
+    pub shader: String,
+    /// The term.
+    pub term: String,
+    /// Declared, per pixel or texel.
+    pub declared: f64,
+    /// Found in the SPIR-V.
+    pub found: Option<f64>,
+    /// Measured, where a counting build ran.
+    pub measured: Option<Measured>,
+}
+
+/// The three accounts of one plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ledger {
+    /// By texture.
+    pub rows: Vec<Row>,
+    /// By term.
+    pub subtotals: Vec<Subtotal>,
+    /// Of every pixel, the fetches that were measured, row-major; empty where none were.
+    pub pixels: Vec<u32>,
+}
+
+impl Ledger {
+    /// Joins what was `declared` with what stands in `stages` and, unless it is empty, with what was `counted`.
+    ///
+    /// # Errors
+    /// As [`spirv::sites`], with the shader's name.
+    pub fn new(
+        declared: &[Declared],
+        stages: &[Stage],
+        counted: &[Counts],
+    ) -> Result<Ledger, String> {
+        let mut rows = Vec::<Row>::new();
+        for line in declared {
+            rows.push(Row {
+                pass: line.pass.to_owned(),
+                shader: line.shader.to_owned(),
+                term: line.term.to_owned(),
+                texture: line.texture.to_owned(),
+                what: line.what.to_owned(),
+                declared: f64::from(line.per_pixel),
+                found: (line.term != BUFFER).then_some(0.0),
+                sites: Vec::new(),
+            });
+        }
+        for stage in stages {
+            let sites = spirv::sites(&stage.words, &stage.constants, &stage.given)
+                .map_err(|phrase| format!("{}: {phrase}", stage.shader))?;
+            for site in sites.into_iter().filter(|site| site.trips > 0) {
+                let term = term_of(stage, &site);
+                let each = site.trips as f64 / f64::from(stage.texels.unwrap_or(1));
+                let known = rows.iter().position(|row| {
+                    row.shader == file(stage.shader)
+                        && row.term == term
+                        && row.texture == site.texture
+                });
+                let at = known.unwrap_or_else(|| {
+                    rows.push(Row {
+                        pass: stage.pass.to_owned(),
+                        shader: file(stage.shader).to_owned(),
+                        term: term.to_owned(),
+                        texture: site.texture.clone(),
+                        what: "declared nowhere".to_owned(),
+                        declared: 0.0,
+                        found: Some(0.0),
+                        sites: Vec::new(),
+                    });
+                    rows.len() - 1
+                });
+                *rows[at].found.get_or_insert(0.0) += each;
+                rows[at].sites.push(site);
+            }
+        }
+        let mut subtotals = Vec::<Subtotal>::new();
+        for row in &rows {
+            let same = |s: &&mut Subtotal| s.shader == row.shader && s.term == row.term;
+            match subtotals.iter_mut().find(same) {
+                Some(sum) => {
+                    sum.declared += row.declared;
+                    sum.found = sum.found.zip(row.found).map(|(a, b)| a + b);
+                }
+                None => subtotals.push(Subtotal {
+                    pass: row.pass.clone(),
+                    shader: row.shader.clone(),
+                    term: row.term.clone(),
+                    declared: row.declared,
+                    found: row.found,
+                    measured: None,
+                }),
+            }
+        }
+        for sum in &mut subtotals {
+            sum.measured = measured(sum, stages, counted);
+        }
+        // What was read where nothing was declared or found must show, too.
+        for counts in counted {
+            let Some(stage) = stages.iter().find(|s| s.shader == counts.shader) else {
+                continue;
+            };
+            for (slot, term) in [(0, "single"), (1, "multiple"), (2, "other"), (3, INPUT)] {
+                let term = if stage.texels.is_some() { TEXEL } else { term };
+                let of = |s: &Subtotal| s.shader == file(stage.shader) && s.term == term;
+                if counts.reads.iter().any(|r| r[slot] > 0) && !subtotals.iter().any(of) {
+                    let mut sum = Subtotal {
+                        pass: stage.pass.to_owned(),
+                        shader: file(stage.shader).to_owned(),
+                        term: term.to_owned(),
+                        declared: 0.0,
+                        found: Some(0.0),
+                        measured: None,
+                    };
+                    sum.measured = measured(&sum, stages, counted);
+                    subtotals.push(sum);
+                }
+            }
+        }
+        Ok(Ledger {
+            rows,
+            subtotals,
+            pixels: pixels(stages, counted),
+        })
+    }
+
+    /// Declared fetches per pixel over all passes.
+    pub fn declared(&self) -> f64 {
+        let of_pixels = self.subtotals.iter().filter(|s| counts(&s.term));
+        of_pixels.map(|s| s.declared).sum()
+    }
+
+    /// Found fetches per pixel over all passes.
+    pub fn found(&self) -> f64 {
+        let of_pixels = self.subtotals.iter().filter(|s| counts(&s.term));
+        of_pixels.filter_map(|s| s.found).sum()
+    }
+
+    /// The most fetches that any pixel made, where they were measured.
+    pub fn most(&self) -> Option<u32> {
+        self.pixels.iter().copied().max()
+    }
+
+    /// Where the accounts differ, one line each: declared and found, or found and measured. A term of which no pixel
+    /// reads all that is declared differs as well; so does one that was measured and has no pixel.
+    pub fn disagreements(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for row in &self.rows {
+            if let Some(found) = row.found.filter(|&found| found != row.declared) {
+                let at = row
+                    .sites
+                    .iter()
+                    .map(|s| format!("{}:{}", s.place.file, s.place.line));
+                let at: Vec<_> = at.collect();
+                lines.push(format!(
+                    "{}, {}: {} reads of {} declared, {found} found in the SPIR-V{}{}",
+                    row.shader,
+                    row.term,
+                    row.declared,
+                    row.texture,
+                    if at.is_empty() { "" } else { " at " },
+                    at.join(", ")
+                ));
+            }
+        }
+        for sum in &self.subtotals {
+            if let Some(measured) = sum.measured.filter(|m| m.most != sum.declared) {
+                lines.push(format!(
+                    "{}, {}: {} declared, {} measured",
+                    sum.shader, sum.term, sum.declared, measured.most
+                ));
+            }
+        }
+        lines
+    }
+
+    /// The pass and term by which the fetches of a pixel, added up in the order of the frame, first exceed `budget`:
+    /// the subtotal, and the sum up to and with it. Measured where they were, else declared.
+    pub fn breaks(&self, budget: u32) -> Option<(&Subtotal, f64)> {
+        let mut sum = 0.0;
+        let reads = |s: &Subtotal| s.measured.map_or(s.declared, |m| m.most.max(s.declared));
+        self.subtotals
+            .iter()
+            .filter(|s| counts(&s.term))
+            .find_map(|s| {
+                sum += reads(s);
+                (sum > f64::from(budget)).then_some((s, sum))
+            })
+    }
+}
+
+/// "shade.frag" of "shade.frag mixture single".
+fn file(shader: &str) -> &str {
+    shader.split(' ').next().unwrap_or(shader)
+}
+
+/// The term that a read serves: by the texture in the shade pass, where each serves one.
+fn term_of(stage: &Stage, site: &Site) -> &'static str {
+    match (stage.texels, site.kind, stage.pass, site.texture.as_str()) {
+        (Some(_), ..) => TEXEL,
+        (None, Kind::Input, ..) => INPUT,
+        (None, _, "shade", "exits") => "single",
+        (None, _, "shade", "light_depth") => "other",
+        (None, _, "shade" | "exact", _) => "multiple",
+        _ => "other",
+    }
+}
+
+fn measured(sum: &Subtotal, stages: &[Stage], counted: &[Counts]) -> Option<Measured> {
+    let slot = match sum.term.as_str() {
+        "single" => Some(0),
+        "multiple" => Some(1),
+        "other" => Some(2),
+        INPUT => Some(3),
+        _ => None,
+    };
+    let mut found = None;
+    for counts in counted {
+        let Some(stage) = stages.iter().find(|s| s.shader == counts.shader) else {
+            continue;
+        };
+        if file(stage.shader) != sum.shader {
+            continue;
+        }
+        match (stage.texels, slot) {
+            (Some(texels), None) if sum.term == TEXEL => {
+                // Two images smoothed by two stages are one line.
+                let most: u32 = counts.reads.iter().flatten().sum();
+                let known = found.map_or(0.0, |m: Measured| m.most);
+                found = Some(Measured {
+                    most: known + f64::from(most) / f64::from(texels),
+                    mean: None,
+                });
+            }
+            (None, Some(slot)) => {
+                let ran = counts.reads.iter().filter(|r| r.iter().any(|&n| n > 0));
+                let (mut most, mut total, mut pixels) = (0, 0.0, 0.0);
+                for reads in ran {
+                    most = most.max(reads[slot]);
+                    total += f64::from(reads[slot]);
+                    pixels += 1.0;
+                }
+                found = Some(Measured {
+                    most: f64::from(most),
+                    mean: (pixels > 0.0).then(|| total / pixels),
+                });
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+fn pixels(stages: &[Stage], counted: &[Counts]) -> Vec<u32> {
+    let mut sums = Vec::new();
+    for counts in counted {
+        let of_pixels = stages
+            .iter()
+            .any(|s| s.shader == counts.shader && s.texels.is_none());
+        if of_pixels {
+            sums.resize(counts.reads.len(), 0);
+            for (sum, reads) in sums.iter_mut().zip(&counts.reads) {
+                *sum += reads[..3].iter().sum::<u32>();
+            }
+        }
+    }
+    sums
+}
