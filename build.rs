@@ -2,7 +2,7 @@
 //! does not compile, or a name that does not exist, is a build error.
 //!
 //! Each is compiled twice: as it runs, and as the counting build, in which every read of a texture counts itself
-//! (shaders/fetch.glsl). Both keep names and lines, so that the ledger can say where a read stands, and debuggers show
+//! (shaders/fetch.glsl); what shades also as its reads alone (shaders/floor.glsl). All keep names and lines, so that the ledger can say where a read stands, and debuggers show
 //! the source.
 
 use std::fmt::Write as _;
@@ -67,11 +67,14 @@ const SINGLE: &[(&str, &[&str])] = &[
     ("single depth", &["SINGLE", "EXITS_DEPTH"]),
 ];
 
+/// The builds of a shader, by the macro that makes them.
+const BUILDS: [Option<&str>; 3] = [None, Some("COUNTING"), Some("FLOOR")];
+
 /// A copy of a shader with a read that nobody declared, so that tests can see the ledger catch it: the file, where the
 /// read goes in, and the read.
 const STRAY: (&str, &str, &str) = (
     "shade.frag",
-    "    out_radiance =",
+    "    out_radiance = vec4(radiance",
     "    radiance += 1e-6 * texture(moments, vec2(0.5)).rgb;\n",
 );
 
@@ -105,9 +108,9 @@ fn run() -> Result<(), String> {
         let compiler =
             shaderc::Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
         while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            for counting in [false, true] {
-                let binary = compile(&compiler, folder, job, counting)?;
-                write(&out.join(spirv_name(job, counting)), &binary)?;
+            for build in BUILDS {
+                let binary = compile(&compiler, folder, job, build)?;
+                write(&out.join(spirv_name(job, build)), &binary)?;
             }
         }
         Ok(())
@@ -125,12 +128,13 @@ fn run() -> Result<(), String> {
     for job in &jobs {
         let name = job.name();
         let stage = stage(job.file)?.1;
-        let [plain, counting] = [false, true].map(|counting| spirv_name(job, counting));
+        let [plain, counting, floor] = BUILDS.map(|build| spirv_name(job, build));
         writeln!(
             table,
             "/// `{name}`\npub const {}: Shader = Shader {{ name: {name:?}, \
              stage: ash::vk::ShaderStageFlags::{stage}, \
-             spirv: include_bytes!({plain:?}), counting: include_bytes!({counting:?}) }};",
+             spirv: include_bytes!({plain:?}), counting: include_bytes!({counting:?}), \
+             floor: include_bytes!({floor:?}) }};",
             job.constant()
         )
         .map_err(|e| e.to_string())?;
@@ -173,8 +177,8 @@ impl Job {
     }
 }
 
-fn spirv_name(job: &Job, counting: bool) -> String {
-    let suffix = if counting { ".counting" } else { "" };
+fn spirv_name(job: &Job, build: Option<&str>) -> String {
+    let suffix = build.map_or(String::new(), |build| format!(".{}", build.to_lowercase()));
     format!("{}{suffix}.spv", job.constant().to_lowercase())
 }
 
@@ -191,8 +195,11 @@ fn compile(
     compiler: &shaderc::Compiler,
     folder: &Path,
     job: &Job,
-    counting: bool,
+    build: Option<&str>,
 ) -> Result<Vec<u8>, String> {
+    if build == Some("FLOOR") && job.file != "shade.frag" {
+        return Ok(Vec::new());
+    }
     let path = folder.join(job.file);
     let mut source = read(&path)?;
     if job.stray {
@@ -214,8 +221,8 @@ fn compile(
     for name in &job.macros {
         options.add_macro_definition(name, None);
     }
-    if counting {
-        options.add_macro_definition("COUNTING", None);
+    if let Some(build) = build {
+        options.add_macro_definition(build, None);
     }
     options.set_include_callback(|name, _, from, _| {
         let path = folder.join(name);

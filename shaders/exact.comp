@@ -24,7 +24,10 @@ void main() {
     if (pixel.x >= band.columns.y || pixel.y >= band.lines.y) return;
     COUNT_AS(TERM_MULTIPLE);
     float depth = FETCH_TEXEL(view_depth, pixel).x;
-    if (depth >= 1.0) return;
+    if (depth >= 1.0) {
+        STORE_COUNTS(pixel, band.rows.x > 0);
+        return;
+    }
 
     vec3 p = position(vec2(pixel) + 0.5, depth);
     vec3 n = decode_normal(FETCH_TEXEL(view_normal, pixel).xy);

@@ -60,9 +60,13 @@ float visibility(vec3 p, vec3 n) {
     return mix(mix(lit.w, lit.z, f.x), mix(lit.x, lit.y, f.x), f.y);
 }
 
+#if defined(FLOOR)
+#include "floor.glsl"
+#else
 #include "multiple.glsl"
 #if defined(SINGLE)
 #include "single.glsl"
+#endif
 #endif
 
 void main() {
@@ -73,6 +77,13 @@ void main() {
 
     float lit = 1.0;
     if (NEEDS_VISIBILITY) lit = visibility(p, n);
+#if defined(FLOOR)
+    vec4 sum = multiple_reads(to_light_space(p));
+#if defined(SINGLE)
+    sum += single_reads(to_light_space(p), n, wo);
+#endif
+    out_radiance = 1e-3 * sum + lit;
+#else
     COUNT_AS(TERM_MULTIPLE);
     vec3 radiance = leaving(n, wo, frame.sigma_tr.w) * multiple_scattering(p, n, lit);
 #if defined(SINGLE)
@@ -87,4 +98,5 @@ void main() {
     }
     out_radiance = vec4(radiance, 1.0);
     STORE_COUNTS(ivec2(gl_FragCoord.xy), false);
+#endif
 }

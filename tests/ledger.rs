@@ -4,7 +4,7 @@
 mod common;
 
 use common::device::{TestDevice, device};
-use marmor::frame::{Counting, Renderer, Setup, shaders, stages};
+use marmor::frame::{Renderer, Setup, Shaders, shaders, stages};
 use marmor::gpu::Shader;
 use marmor::ledger::spirv::{Kind, sites};
 use marmor::ledger::{self, Counts, Filter, Ledger, declared};
@@ -97,10 +97,14 @@ fn what_is_declared_stands_in_the_spirv() {
     for request in requests() {
         let plan = request.plan().expect("a plan");
         for filter in [Filter::Linear, Filter::Texels] {
-            let stages = stages(&plan, filter, Counting::Off);
+            let stages = stages(&plan, filter, Shaders::Plain);
             let ledger = Ledger::new(&declared(&plan, filter), &stages, &[]).expect("a ledger");
             let name = format!("{}, {}, {filter:?}", plan.multiple, plan.single);
             assert_eq!(ledger.disagreements(), [""; 0], "{name}");
+            // The floor that times are compared with reads exactly that.
+            let floor = marmor::frame::stages(&plan, filter, Shaders::Floor);
+            let floor = Ledger::new(&declared(&plan, filter), &floor, &[]).expect("a ledger");
+            assert_eq!(floor.disagreements(), [""; 0], "{name}, floor");
             assert_eq!(
                 ledger.declared(),
                 f64::from(ledger::total(&declared(&plan, filter)))
@@ -124,7 +128,7 @@ fn a_site_says_where_it_stands() {
         ..Request::statue()
     };
     let plan = plan.plan().expect("a plan");
-    let stages = stages(&plan, Filter::Linear, Counting::Off);
+    let stages = stages(&plan, Filter::Linear, Shaders::Plain);
     let shade = stages.iter().find(|s| s.pass == "shade").expect("shading");
     let sites = sites(&shade.words, &shade.constants, &shade.given).expect("sites");
     let tap = sites
@@ -245,13 +249,13 @@ fn what_is_declared_is_measured() {
                 continue;
             }
             let name = format!("{}, {}, {filter:?}", plan.multiple, plan.single);
-            let setup = |counting| Setup {
+            let setup = |shaders| Setup {
                 filter: Some(filter),
-                counting,
+                shaders,
                 ..Setup::default()
             };
-            let (plain, none) = counted(&device, &plan, &setup(Counting::Off));
-            let (radiance, counts) = counted(&device, &plan, &setup(Counting::On));
+            let (plain, none) = counted(&device, &plan, &setup(Shaders::Plain));
+            let (radiance, counts) = counted(&device, &plan, &setup(Shaders::Counting));
             assert!(none.is_empty());
             // Same bits: what counts must not change what it counts.
             let bits = |picture: &[[f32; 4]]| -> Vec<[u32; 4]> {
@@ -261,7 +265,7 @@ fn what_is_declared_is_measured() {
                 bits(&plain) == bits(&radiance),
                 "{name}: the counting build draws another picture"
             );
-            let stages = stages(&plan, filter, Counting::On);
+            let stages = stages(&plan, filter, Shaders::Counting);
             let ledger = Ledger::new(&declared(&plan, filter), &stages, &counts).expect("a ledger");
             assert_eq!(ledger.disagreements(), [""; 0], "{name}");
             assert!(
@@ -276,19 +280,19 @@ fn what_is_declared_is_measured() {
                 Some(ledger.declared()),
                 "{name}"
             );
-            // Where nothing is covered only resolve reads.
+            // Where nothing is covered only resolve reads, and `exact`, once in each band, to find that out.
             let covered = radiance.iter().filter(|p| p[3] > 0.0).count();
             assert!(
                 covered > 100 && covered < radiance.len() / 2,
                 "{name}: {covered}"
             );
-            let least = ledger
-                .pixels
-                .iter()
-                .filter(|&&n| n == plan.frames_averaged.min(2))
-                .count();
-            if plan.frames_averaged == 1 {
-                assert!(least >= radiance.len() - covered, "{name}");
+            let resolve = plan.frames_averaged.min(2);
+            let bands = match plan.multiple {
+                Multiple::Exact => ledger::exact_bands(plan.light_map),
+                _ => 0,
+            };
+            for (n, pixel) in ledger.pixels.iter().zip(&radiance) {
+                assert!(pixel[3] > 0.0 || *n == resolve + bands, "{name}: {n}");
             }
             last = Some(ledger);
         }
@@ -303,20 +307,22 @@ fn a_stray_read_is_caught() {
         return;
     };
     let plans = small_plans().into_iter();
-    let mut plain = plans.filter(|p| p.multiple == Multiple::Mixture(Mixture::THREE));
+    let mut plain = plans.filter(|p| p.multiple == Multiple::Exact);
     let plan = Plan {
+        multiple: Multiple::Mixture(Mixture::THREE),
         single: Single::Off,
         frames_averaged: 1,
-        ..plain.next().expect("a mixture")
+        light_map: 64,
+        ..plain.next().expect("a plan")
     };
     let declared = declared(&plan, Filter::Linear);
     let setup = Setup {
-        counting: Counting::Stray,
+        shaders: Shaders::Stray,
         filter: Some(Filter::Linear),
         ..Setup::default()
     };
     let (_, counts) = counted(&device, &plan, &setup);
-    let stray = stages(&plan, Filter::Linear, Counting::Stray);
+    let stray = stages(&plan, Filter::Linear, Shaders::Stray);
     let ledger = Ledger::new(&declared, &stray, &counts).expect("a ledger");
     let lines = ledger.disagreements();
     let found = lines.iter().any(|l| {
@@ -329,7 +335,7 @@ fn a_stray_read_is_caught() {
     assert_eq!(ledger.found(), ledger.declared() + 1.0);
     assert_eq!(ledger.most().map(f64::from), Some(ledger.declared() + 1.0));
     // Without it all is well.
-    let clean = stages(&plan, Filter::Linear, Counting::On);
+    let clean = stages(&plan, Filter::Linear, Shaders::Counting);
     let ledger = Ledger::new(&declared, &clean, &[]).expect("a ledger");
     assert_eq!(ledger.disagreements(), [""; 0]);
 }

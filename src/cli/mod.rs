@@ -8,7 +8,9 @@ mod compare;
 mod completions;
 mod devices;
 mod failure;
+mod fetches;
 mod man;
+mod picture;
 mod progress;
 mod render;
 mod values;
@@ -61,12 +63,13 @@ Examples:
   marmor render scene.toml --material skin1 --light 150,20 -o skin.png
   marmor render --multiple exact -o truth.exr
   marmor compare truth.exr fast.exr --max-rr 0.05
+  marmor fetches --multiple mixture --budget 20
   marmor bench reduce
   marmor devices
 
 Exit codes:
   0  done
-  1  a check did not hold (compare --max-rr)
+  1  a check did not hold (compare --max-rr, fetches --budget)
   2  bad usage or input
   3  no usable device"
 )]
@@ -129,6 +132,7 @@ struct Global {
 enum Command {
     Render(Box<render::Arguments>),
     Compare(compare::Arguments),
+    Fetches(Box<fetches::Arguments>),
     Bench(bench::Arguments),
     Devices(devices::Arguments),
     Completions(completions::Arguments),
@@ -157,6 +161,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     log(&cli.global);
     let result = match &cli.command {
         Command::Render(arguments) => render::run(&cli.global, arguments),
+        Command::Fetches(arguments) => fetches::run(&cli.global, arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Bench(arguments) => bench::run(&cli.global, arguments),
         Command::Devices(arguments) => devices::run(&cli.global, arguments),

@@ -63,6 +63,11 @@ pub(super) fn rings(text: &str) -> Result<u32, String> {
     limits::rings(whole(text)?)
 }
 
+/// Fetches of a pixel.
+pub(super) fn budget(text: &str) -> Result<u32, String> {
+    limits::budget(whole(text)?)
+}
+
 pub(super) fn moments(text: &str) -> Result<u32, String> {
     limits::moments(whole(text)?)
 }

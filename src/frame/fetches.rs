@@ -24,18 +24,22 @@ pub enum Build<'a> {
     Plain,
     /// The one that also counts what it reads.
     Counting(&'a Counters),
+    /// One whose shade pass only reads.
+    Floor,
     /// A counting build whose shade pass reads a texture that nobody declared, for tests.
     Stray(&'a Counters),
 }
 
-/// What a renderer does besides drawing.
+/// What a renderer does with its shaders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Counting {
-    /// Nothing.
+pub enum Shaders {
+    /// It draws.
     #[default]
-    Off,
-    /// It counts what its shaders read.
-    On,
+    Plain,
+    /// It draws, and counts what its shaders read.
+    Counting,
+    /// In place of shading it only reads what shading reads: for the time that takes.
+    Floor,
     /// The same, with a read in the shade pass that nobody declared: for tests.
     Stray,
 }
@@ -108,7 +112,7 @@ impl Counters {
 impl<'a> Build<'a> {
     fn counters(self) -> Option<&'a Counters> {
         match self {
-            Build::Plain => None,
+            Build::Plain | Build::Floor => None,
             Build::Counting(counters) | Build::Stray(counters) => Some(counters),
         }
     }
@@ -117,6 +121,7 @@ impl<'a> Build<'a> {
     pub fn shader(self, shader: &Shader) -> Shader {
         match self {
             Build::Plain => *shader,
+            Build::Floor => shader.floored(),
             Build::Counting(_) | Build::Stray(_) => shader.counted(),
         }
     }
@@ -138,7 +143,7 @@ impl<'a> Build<'a> {
 
 /// The shaders that `plan` runs and that read textures, on a device that filters as `filter`, in the order of the
 /// frame. Of a split picture, those of both halves.
-pub fn stages(plan: &Plan, filter: Filter, counting: Counting) -> Vec<Stage> {
+pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
     let mut stages = Vec::new();
     let mut add = |pass, shader: &Shader, constants: &[u32], given: &[u64], texels| {
         stages.push(Stage {
@@ -174,13 +179,14 @@ pub fn stages(plan: &Plan, filter: Filter, counting: Counting) -> Vec<Stage> {
     }
     let parts = parts(plan, &frame);
     for part in &parts {
-        let shader = match counting {
-            Counting::Stray => &shaders::SHADE_FRAG_STRAY,
-            Counting::Off | Counting::On => shade::variant(part, filter),
+        let shader = match shaders {
+            Shaders::Stray => shaders::SHADE_FRAG_STRAY,
+            Shaders::Floor => shade::variant(part, filter).floored(),
+            Shaders::Plain | Shaders::Counting => *shade::variant(part, filter),
         };
         add(
             "shade",
-            shader,
+            &shader,
             &shade::constants(part, plan.specular),
             &[],
             None,

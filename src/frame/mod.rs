@@ -39,8 +39,8 @@ use glam::DVec3;
 pub use alone::{Reduced, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
-pub use fetches::{Counting, stages};
-pub use run::{DeviceInfo, Error, Options, Picture, devices, open_device, render};
+pub use fetches::{Shaders, stages};
+pub use run::{Counted, DeviceInfo, Error, Options, Picture, count, devices, open_device, render};
 
 use crate::gpu::{
     self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier,
@@ -179,8 +179,8 @@ pub struct Setup {
     pub measure: bool,
     /// How bilinear taps are read, which must not ask for more than the device offers; none for what it offers.
     pub filter: Option<Filter>,
-    /// Whether the shaders count what they read.
-    pub counting: Counting,
+    /// Which build of the shaders runs.
+    pub shaders: Shaders,
 }
 
 impl Renderer {
@@ -194,15 +194,16 @@ impl Renderer {
             keep_gbuffer,
             measure,
             filter,
-            counting,
+            shaders,
         } = setup;
         let filter = filter.unwrap_or_else(|| filter_of(device.candidate()));
-        let counters = (counting != Counting::Off)
-            .then(|| Counters::new(device, plan.size, &stages(plan, filter, counting)))
+        let counters = matches!(shaders, Shaders::Counting | Shaders::Stray)
+            .then(|| Counters::new(device, plan.size, &stages(plan, filter, shaders)))
             .transpose()?;
-        let build = match (&counters, counting) {
+        let build = match (&counters, shaders) {
+            (None, Shaders::Floor) => Build::Floor,
             (None, _) => Build::Plain,
-            (Some(counters), Counting::Stray) => Build::Stray(counters),
+            (Some(counters), Shaders::Stray) => Build::Stray(counters),
             (Some(counters), _) => Build::Counting(counters),
         };
         let mesh = &plan.scene.mesh;

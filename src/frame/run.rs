@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::geometry::Geometry;
-use super::{PassTime, Progress, Renderer, Setup};
+use super::{PassTime, Progress, Renderer, Setup, Shaders};
 use crate::gpu::{self, Candidate, Device, Instance};
-use crate::ledger;
+use crate::ledger::{self, Ledger};
 use crate::scene::pyramid::Atlas;
 use crate::scene::{Multiple, Plan, limits};
 
@@ -236,6 +236,50 @@ pub fn render(
                 )
             })
             .collect(),
+        validation_messages: device.instance().take_messages(),
+    })
+}
+
+/// What a counting build of a plan's shaders has read.
+#[derive(Clone, Debug)]
+pub struct Counted {
+    /// Name of the device.
+    pub device: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// The three accounts.
+    pub ledger: Ledger,
+    /// What the validation layer said.
+    pub validation_messages: Vec<String>,
+}
+
+/// Renders `plan`, which is not split, by the counting build, and accounts for what it reads. Of averaged frames two
+/// are enough: those after the first read alike.
+///
+/// # Errors
+/// As [`render`], and [`Error::TooLarge`] where the device cannot count.
+pub fn count(
+    options: &Options,
+    plan: &Plan,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Counted, Error> {
+    let device = open_device(options)?;
+    check_fit(options, plan, device.candidate())?;
+    let shaders = Shaders::Counting;
+    let setup = Setup {
+        shaders,
+        ..Setup::default()
+    };
+    let mut renderer = Renderer::new(&device, plan, &setup)?;
+    renderer.render_frames(0..plan.frames_averaged.min(2), progress)?;
+    let filter = super::filter_of(device.candidate());
+    let stages = super::stages(plan, filter, shaders);
+    let declared = ledger::declared(plan, filter);
+    let ledger = Ledger::new(&declared, &stages, &renderer.counts()?).map_err(Error::Device)?;
+    Ok(Counted {
+        device: device.candidate().name.clone(),
+        driver: device.candidate().driver.clone(),
+        ledger,
         validation_messages: device.instance().take_messages(),
     })
 }

@@ -126,7 +126,7 @@ impl ShadePass {
                 };
                 let shader = build.shader(match build {
                     Build::Stray(_) => &shaders::SHADE_FRAG_STRAY,
-                    Build::Plain | Build::Counting(_) => variant(part, filter),
+                    Build::Plain | Build::Floor | Build::Counting(_) => variant(part, filter),
                 });
                 let bindings: Vec<_> = uniforms
                     .iter()

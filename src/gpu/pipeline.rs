@@ -17,6 +17,8 @@ pub struct Shader {
     pub spirv: &'static [u8],
     /// The counting build of the same source: what it reads of textures it counts.
     pub counting: &'static [u8],
+    /// Its reads of textures alone, of shaders that shade; else empty.
+    pub floor: &'static [u8],
 }
 
 impl Shader {
@@ -25,6 +27,17 @@ impl Shader {
         Shader {
             spirv: self.counting,
             ..self
+        }
+    }
+
+    /// Its reads alone in place of the plain build, where there is such a build.
+    pub fn floored(self) -> Shader {
+        match self.floor {
+            [] => self,
+            floor => Shader {
+                spirv: floor,
+                ..self
+            },
         }
     }
 

@@ -1,4 +1,4 @@
-//! The relative error of every pixel as a picture, with its scale drawn below.
+//! A value of every pixel as a picture, with its scale drawn below: relative errors, fetches.
 
 use super::compare::{self, relative_errors};
 use super::{Image, glyphs};
@@ -38,29 +38,57 @@ pub fn draw(reference: &Image, image: &Image) -> Result<Heatmap, compare::Error>
     };
     let (low, high, largest) = (at(0.0), at(SPAN), at(1.0));
     let rr = (sorted.iter().map(|e| e * e).sum::<f64>() / sorted.len().max(1) as f64).sqrt();
+    let labels = [low, high].map(|end| format!("{end:.2e}"));
+    let summary = format!("rr {rr:.2e}  max {largest:.2e}");
+    Ok(paint(reference.size, &errors, [low, high], labels, summary))
+}
+
+/// Draws the fetches of each pixel, from none to the declared number or, where one exceeds it, the largest; a pixel in
+/// which nothing ran is grey.
+pub fn fetches(size: [u32; 2], fetches: &[u32], declared: u32) -> Heatmap {
+    let values: Vec<_> = fetches
+        .iter()
+        .map(|&n| (n > 0).then_some(f64::from(n)))
+        .collect();
+    let most = fetches.iter().copied().max().unwrap_or(0);
+    let read: Vec<f64> = values.iter().copied().flatten().collect();
+    let mean = read.iter().sum::<f64>() / read.len().max(1) as f64;
+    let high = most.max(declared);
+    let labels = ["0".to_owned(), high.to_string()];
+    let summary = format!("fetches  mean {mean:.2}  max {most}");
+    paint(size, &values, [0.0, f64::from(high)], labels, summary)
+}
+
+/// Draws `values` from dark at `low` to bright at `high`, and below them the legend.
+fn paint(
+    size: [u32; 2],
+    values: &[Option<f64>],
+    [low, high]: [f64; 2],
+    labels: [String; 2],
+    summary: String,
+) -> Heatmap {
     let colors = magma();
     let color = |share: f64| {
         let index = (share.clamp(0.0, 1.0) * 255.0).round() as usize;
         colors.get(index).copied().unwrap_or(INK)
     };
-
-    let [width, height] = reference.size.map(|side| side as usize);
-    let legend = Legend::new(width, [low, high], rr, largest);
+    let [width, height] = size.map(|side| side as usize);
+    let legend = Legend::new(width, labels, summary);
     let mut canvas = Canvas::new(legend.width, height + legend.height);
-    for (index, error) in errors.iter().enumerate() {
-        let painted = match error {
-            // Where all errors are alike the scale has no length.
-            Some(error) if high > low => color((error - low) / (high - low)),
+    for (index, value) in values.iter().enumerate() {
+        let painted = match value {
+            // Where all values are alike the scale has no length.
+            Some(value) if high > low => color((value - low) / (high - low)),
             Some(_) => color(0.0),
             None => UNCOVERED,
         };
         canvas.plot(index % width.max(1), index / width.max(1), painted);
     }
     legend.draw(&mut canvas, height, color);
-    Ok(Heatmap {
+    Heatmap {
         size: [canvas.width as u32, canvas.height as u32],
         pixels: canvas.pixels,
-    })
+    }
 }
 
 struct Legend {
@@ -72,9 +100,7 @@ struct Legend {
 }
 
 impl Legend {
-    fn new(picture: usize, ends: [f64; 2], rr: f64, largest: f64) -> Legend {
-        let labels = ends.map(|end| format!("{end:.2e}"));
-        let summary = format!("rr {rr:.2e}  max {largest:.2e}");
+    fn new(picture: usize, labels: [String; 2], summary: String) -> Legend {
         let needed = |magnification| {
             let ends = glyphs::width(&labels[0], magnification)
                 + glyphs::width(&labels[1], magnification)
@@ -182,6 +208,18 @@ mod tests {
     }
 
     #[test]
+    fn fetches_run_from_none_to_what_is_declared() {
+        let colors = magma();
+        let map = fetches([2, 2], &[0, 1, 10, 20], 20);
+        let at = |x: usize, y: usize| map.pixels[y * map.size[0] as usize + x];
+        assert_eq!((at(0, 0), at(1, 1)), (UNCOVERED, colors[255]));
+        assert_eq!((at(1, 0), at(0, 1)), (colors[13], colors[128]));
+        // One that exceeds what is declared stretches the scale.
+        let map = fetches([2, 1], &[20, 40], 20);
+        assert_eq!((map.pixels[0], map.pixels[1]), (colors[128], colors[255]));
+    }
+
+    #[test]
     fn a_large_picture_keeps_its_width() {
         let values = vec![1.0; 640 * 4];
         let map = draw(&image(&values, 640), &image(&values, 640)).expect("comparable");
@@ -190,7 +228,10 @@ mod tests {
 
     #[test]
     fn every_character_of_a_legend_has_a_glyph() {
-        for character in "0123456789.-e rrmaxinfNaN".chars().filter(|c| *c != ' ') {
+        for character in "0123456789.-e rrmaxinfNaN fetches mean"
+            .chars()
+            .filter(|c| *c != ' ')
+        {
             assert_ne!(glyphs::rows(character), [0; glyphs::HEIGHT], "{character}");
         }
     }

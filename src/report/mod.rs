@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod compare;
+pub mod fetches;
 pub mod glyphs;
 pub mod heatmap;
 pub mod image;

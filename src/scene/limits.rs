@@ -10,6 +10,8 @@ use glam::DVec3;
 pub const SIDE: std::ops::RangeInclusive<u32> = 1..=16384;
 /// Samples a pixel.
 pub const SAMPLES: std::ops::RangeInclusive<u32> = 1..=256;
+/// Fetches of a pixel.
+pub const BUDGET: std::ops::RangeInclusive<u32> = 1..=1_000_000;
 /// Rings of the method `rings`.
 pub const RINGS: std::ops::RangeInclusive<u32> = 1..=14;
 /// Samples of the march of single scattering.
@@ -90,6 +92,14 @@ pub fn samples(value: i64) -> Result<u32, String> {
 /// The phrase that names the range.
 pub fn rings(value: i64) -> Result<u32, String> {
     whole(value, &RINGS)
+}
+
+/// Fetches of a pixel, in [`BUDGET`].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn budget(value: i64) -> Result<u32, String> {
+    whole(value, &BUDGET)
 }
 
 /// Samples of the march, in [`STEPS`].
