@@ -433,7 +433,7 @@ fn reductions_declare_their_reads_per_texel() {
 }
 
 #[test]
-fn compute_declares_its_sites_times_its_trips() {
+fn exact_and_resolve_declare_their_sites_times_their_trips() {
     // exact: the site of the light moments stands in the loop over the map.
     let found = sites(&shaders::EXACT_COMP);
     for size in [16, 512] {
@@ -454,7 +454,10 @@ fn compute_declares_its_sites_times_its_trips() {
         frames_averaged: 2,
         ..request(Method::Samples)
     };
-    assert_eq!(declared(request, "resolve"), sites(&shaders::RESOLVE_COMP));
+    let declared = declared(request, "resolve");
+    for shader in [shaders::RESOLVE_FRAG, shaders::RESOLVE_FRAG_ENCODE] {
+        assert_eq!(declared, sites(&shader), "{}", shader.name);
+    }
 }
 
 #[test]

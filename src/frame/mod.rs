@@ -403,9 +403,9 @@ impl Renderer {
             if self.exact.is_some() {
                 commands = self.sum_exact(slot, done, progress)?;
             }
-            self.record_resolve(commands, slot, done == 0, done + 1 == frames);
+            self.record_resolve(commands, slot, done, done + 1 == frames);
             if done + 1 == frames {
-                self.record_readback(commands, slot);
+                self.record_readback(commands, slot, done);
             }
             self.submit(slot)?;
             progress(Progress::Frame {
@@ -435,9 +435,9 @@ impl Renderer {
         for slot in 0..2 {
             self.stamps[slot].reset(commands);
             self.record_scene(commands, slot);
-            self.record_resolve(commands, slot, slot == 0, true);
+            self.record_resolve(commands, slot, slot as u32, true);
         }
-        self.record_readback(commands, 1);
+        self.record_readback(commands, 1, 1);
         self.slots[0].submit()?;
         self.slots[0].wait()
     }
@@ -553,7 +553,7 @@ impl Renderer {
         );
         barrier::image(
             device, commands, c"WAR: the previous frame resolves the radiance",
-            &canvas.radiance, Use::COMPUTE_STORAGE.discarding(), Use::COLOR_WRITE,
+            &canvas.radiance, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
         );
         self.camera.begin(commands, &view::clear_values());
         // Where the view ray leaves the object, which single scattering reads.
@@ -571,11 +571,16 @@ impl Renderer {
         self.shade.record(commands, slot);
         self.end(commands, slot, SHADE);
         self.camera.end(commands);
-        barrier::image(
-            device, commands, c"RAW: compute reads the radiance",
-            &canvas.radiance, Use::COLOR_WRITE, Use::COMPUTE_STORAGE,
-        );
-        if self.exact.is_some() {
+        if self.exact.is_none() {
+            barrier::image(
+                device, commands, c"RAW: resolve samples the radiance",
+                &canvas.radiance, Use::COLOR_WRITE, Use::FRAGMENT_SAMPLE,
+            );
+        } else {
+            barrier::image(
+                device, commands, c"RAW, WAW: exact adds to the radiance",
+                &canvas.radiance, Use::COLOR_WRITE, Use::COMPUTE_STORAGE,
+            );
             barrier::image(
                 device, commands, c"RAW: exact reads the view depth",
                 &gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT), Use::COMPUTE_SAMPLE_DEPTH,
@@ -635,44 +640,53 @@ impl Renderer {
         }
         let commands = self.start(slot)?;
         barrier::image(
-            &self.device, commands, c"RAW: resolve reads what exact has added",
-            &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+            &self.device, commands, c"RAW: resolve samples what exact has added to",
+            &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::FRAGMENT_SAMPLE,
         );
         Ok(commands)
     }
 
-    /// resolve: the running mean, and after the last frame its encoding.
+    /// resolve: the running mean after `done` other frames, and after the last its encoding.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, first: bool, last: bool) {
+    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, done: u32, last: bool) {
         let canvas = &self.canvas;
-        let before = if first { Use::DISCARD } else { Use::COMPUTE_STORAGE };
+        let (old, new) = (&canvas.means[mean_of(done + 1)], &canvas.means[mean_of(done)]);
+        // The first frame begins anew: nothing is pending on the images, and nothing in them counts.
+        let written = if done == 0 { Use::DISCARD } else { Use::COLOR_WRITE };
         barrier::image(
-            &self.device, commands, c"RAW, WAW: the mean goes on from the previous frame",
-            &canvas.mean, before, Use::COMPUTE_STORAGE,
+            &self.device, commands, c"RAW: the mean goes on from the previous frame",
+            old, written, Use::FRAGMENT_SAMPLE,
         );
         barrier::image(
-            &self.device, commands, c"WAW: the previous frame wrote the display image",
-            &canvas.display, before, Use::COMPUTE_STORAGE,
+            &self.device, commands, c"WAR: the previous frame goes on from the mean before it",
+            new, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
         );
+        if last {
+            barrier::image(
+                &self.device, commands, c"WAW: a frame before this one encodes the display image",
+                &canvas.display, Use::COLOR_WRITE.discarding(), Use::COLOR_WRITE,
+            );
+        }
         self.begin(commands, slot, RESOLVE);
-        self.resolve.record(commands, slot, last);
+        self.resolve.record(commands, slot, mean_of(done), last);
         self.end(commands, slot, RESOLVE);
     }
 
-    /// readback: mean and display to the host.
+    /// readback: the mean of the frame after `done` others, and the display image, to the host.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_readback(&self, commands: vk::CommandBuffer, slot: usize) {
+    fn record_readback(&self, commands: vk::CommandBuffer, slot: usize, done: u32) {
         let canvas = &self.canvas;
+        let mean = &canvas.means[mean_of(done)];
         barrier::image(
             &self.device, commands, c"RAW: the copy reads the mean",
-            &canvas.mean, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+            mean, Use::COLOR_WRITE, Use::COPY_SOURCE,
         );
         barrier::image(
             &self.device, commands, c"RAW: the copy reads the display image",
-            &canvas.display, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+            &canvas.display, Use::COLOR_WRITE, Use::COPY_SOURCE,
         );
         self.begin(commands, slot, READBACK);
-        submit::record_readback(&self.device, commands, &canvas.mean, &self.mean_readback);
+        submit::record_readback(&self.device, commands, mean, &self.mean_readback);
         submit::record_readback(&self.device, commands, &canvas.display, &self.display_readback);
         self.end(commands, slot, READBACK);
     }
@@ -755,6 +769,11 @@ impl Renderer {
     pub fn display(&self) -> gpu::Result<Vec<[u8; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(self.display_readback.read()?))
     }
+}
+
+/// Which of the two means the frame after `done` others writes; it reads the other one.
+fn mean_of(done: u32) -> usize {
+    done as usize % 2
 }
 
 /// How `candidate` reads between texels of 32-bit floats.

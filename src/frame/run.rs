@@ -263,10 +263,10 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
     }
     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
     let texels = u64::from(plan.light_map).pow(2);
-    // Bytes a pixel: G-buffer 12, radiance and mean 32, display 4, readback 20; a texel: 20, the
+    // Bytes a pixel: G-buffer 16, radiance and two means 48, display 4, readback 20; a texel: 20, the
     // boxes a third of 16, and the atlas of the mixture, twice the map at most in either image of 16
     // bytes and of 4.
-    let mut images = pixels * 68 + texels * 20;
+    let mut images = pixels * 88 + texels * 20;
     for method in plan.methods() {
         match method {
             Multiple::Rings(_) => images += texels * 6,
