@@ -517,6 +517,37 @@ fn averaging_is_the_mean_of_the_frames() {
     assert!(worst < 1e-6, "{worst}");
 }
 
+/// Of a solid only front faces are drawn. With a loose triangle inside, which nobody sees, it is none, all faces are drawn,
+/// and the picture is the same.
+#[test]
+fn front_faces_are_all_there_is_to_see_of_a_solid() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = marble([140.0, 25.0], Multiple::Mixture(Mixture::THREE));
+    plan.specular = true;
+    assert!(plan.scene.mesh.is_solid());
+    let solid = device::wide(&device::render(&device, &plan));
+    let mesh = &mut plan.scene.mesh;
+    let first = mesh.positions.len() as u32;
+    let middle = mesh.center();
+    mesh.positions
+        .extend([DVec3::X, DVec3::Y, DVec3::Z].map(|p| middle + p));
+    mesh.normals.extend([DVec3::Y; 3]);
+    mesh.uvs.extend([[0.0; 2]; 3]);
+    mesh.triangles.push([first, first + 1, first + 2]);
+    assert!(!mesh.is_solid());
+    let all = device::wide(&device::render(&device, &plan));
+    let rr = device::rr(&all, &solid);
+    assert!(rr < 1e-3, "rr {rr}");
+    // Seen from within, it is its back faces that are seen.
+    let mut plan = marble([140.0, 25.0], Multiple::Brdf);
+    plan.scene.camera.eye = plan.scene.mesh.center();
+    plan.scene.camera.target = plan.scene.camera.eye + DVec3::Z;
+    let within = device::render(&device, &plan);
+    assert!(within.iter().all(|p| p[3] > 0.0), "a hole");
+}
+
 /// Two frames in one submit: the layer then checks the barriers between frames, too, and the
 /// device of the test fails on any message. The picture is that of two submits.
 #[test]

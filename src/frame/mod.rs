@@ -78,6 +78,9 @@ const EXACT_PAIRS: u64 = 1 << 24;
 /// 65535 iterations in all, without a word.
 const EXACT_TEXELS: u32 = 60_000;
 
+/// How far from the middle, in radii of the mesh, does a camera surely see no back face through the near plane?
+const OUTSIDE: f64 = 1.1;
+
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
 const PASSES: [(&str, &CStr); 10] = [
     ("light", c"light"),
@@ -284,7 +287,12 @@ impl Renderer {
             &canvas,
             keep_gbuffer || exact_columns.is_some(),
         )?;
-        let light = LightPass::new(device, &uniforms, &map)?;
+        // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
+        // as the others.
+        let solid = mesh.is_solid();
+        let eye = plan.view_at(center, radius, 0).eye;
+        let outside = eye.length() > OUTSIDE * radius;
+        let light = LightPass::new(device, &uniforms, &map, solid)?;
         let reduce = map
             .pyramid
             .as_ref()
@@ -298,7 +306,7 @@ impl Renderer {
             .as_ref()
             .map(|light| VolumePass::new(device, &map.moments, light))
             .transpose()?;
-        let view = ViewPass::new(device, &uniforms, &camera)?;
+        let view = ViewPass::new(device, &uniforms, &camera, solid && outside)?;
         let shade = ShadePass::new(
             device,
             &uniforms,
