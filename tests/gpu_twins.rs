@@ -584,16 +584,78 @@ fn frames_do_not_race_with_each_other() {
                 exits: Exits::Linear,
             });
         }
-        plan.jitter = Jitter::All;
         plan.frames_averaged = 2;
-        let mut renderer = Renderer::new(&device.device, &plan, keep, false).expect("a renderer");
-        renderer.render_pair().expect("two frames");
-        let pair = renderer.radiance().expect("radiance");
-        renderer.render(&mut |_| ()).expect("two frames again");
-        assert!(
-            pair == renderer.radiance().expect("radiance"),
-            "another picture"
-        );
+        // The second frame draws the light map anew, or shades from that of the first.
+        for jitter in [Jitter::All, Jitter::Samples] {
+            plan.jitter = jitter;
+            let mut renderer =
+                Renderer::new(&device.device, &plan, keep, false).expect("a renderer");
+            renderer.render_pair().expect("two frames");
+            let pair = renderer.radiance().expect("radiance");
+            renderer.render(&mut |_| ()).expect("two frames again");
+            assert!(
+                pair == renderer.radiance().expect("radiance"),
+                "another picture"
+            );
+        }
+    }
+}
+
+/// A light map that rests is drawn once, and the picture has the bits of one that is drawn in each frame.
+#[test]
+fn a_light_map_that_rests_is_drawn_once() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for multiple in [
+        Multiple::Samples(8),
+        Multiple::Rings(6),
+        Multiple::Mixture(Mixture {
+            volumes: 3,
+            ..Mixture::FOUR
+        }),
+        Multiple::Exact,
+    ] {
+        for (jitter, draws) in [(Jitter::Off, 1), (Jitter::Samples, 1), (Jitter::All, 3)] {
+            let mut plan = marble([60.0, 35.0], multiple);
+            if multiple == Multiple::Exact {
+                (plan.size, plan.light_map) = ([32, 24], 48);
+            }
+            plan.specular = true;
+            plan.single = Single::March(March {
+                steps: 4,
+                exits: Exits::Linear,
+            });
+            plan.jitter = jitter;
+            plan.frames_averaged = 3;
+            let mut renderer =
+                Renderer::new(&device.device, &plan, false, false).expect("a renderer");
+            let mut draw = |redraw_light| {
+                renderer.redraw_light = redraw_light;
+                renderer.render(&mut |_| ()).expect("a picture");
+                let times = renderer.pass_times();
+                let of_light = |pass: &str| ["light", "reduce", "boxes", "volume"].contains(&pass);
+                for time in &times {
+                    let frames = match time.pass.as_str() {
+                        "readback" => 1,
+                        pass if of_light(pass) && !redraw_light => draws,
+                        _ => 3,
+                    };
+                    assert_eq!(time.frames, frames, "{multiple}, {}", time.pass);
+                }
+                let drawn = times.iter().any(|time| time.pass == "light");
+                (renderer.radiance().expect("radiance"), drawn)
+            };
+            let stamped = device.device.candidate().timestamp_bits > 0;
+            let (resting, drawn) = draw(false);
+            assert_eq!(drawn, stamped);
+            let (anew, _) = draw(true);
+            assert!(resting == anew, "{multiple}, {jitter:?}: another picture");
+            // It lies where the last frame of the same plan left it.
+            let (again, drawn) = draw(false);
+            assert!(again == resting, "{multiple}, {jitter:?}: another picture");
+            assert_eq!(drawn, stamped && jitter == Jitter::All);
+        }
     }
 }
 

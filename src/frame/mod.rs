@@ -129,12 +129,17 @@ pub enum Progress {
 pub struct PassTime {
     /// The pass, named as its label.
     pub pass: String,
-    /// Mean over the frames, ms.
+    /// Mean over the frames in which it ran, ms.
     pub milliseconds: f64,
+    /// In how many frames it ran.
+    pub frames: u32,
 }
 
 /// Everything one plan needs on one device; made once, then no frame allocates.
 pub struct Renderer {
+    /// Whether each frame draws the light map anew, even if it lies as it did in the frame before. It is then what
+    /// it was: for measuring alone.
+    pub redraw_light: bool,
     // Dropped first: a slot waits for the queue before anything it uses goes.
     slots: Vec<Slot>,
     stamps: Vec<Timestamps>,
@@ -164,9 +169,12 @@ pub struct Renderer {
     center: DVec3,
     radius: f64,
     light_frame: LightFrame,
+    // Where the map lay when it was last drawn: all that may change it.
+    drawn: Option<LightFrame>,
     pending: Vec<bool>,
     pass_totals: [f64; PASSES.len()],
     frames: u32,
+    light_draws: u32,
     measure: bool,
     keep_gbuffer: bool,
     marches: bool,
@@ -325,6 +333,7 @@ impl Renderer {
             .transpose()?;
         let resolve = ResolvePass::new(device, &uniforms, &canvas)?;
         Ok(Renderer {
+            redraw_light: false,
             slots,
             stamps,
             uniforms,
@@ -353,9 +362,11 @@ impl Renderer {
             center,
             radius,
             light_frame,
+            drawn: None,
             pending: vec![false; FRAMES_IN_FLIGHT],
             pass_totals: [0.0; PASSES.len()],
             frames: 0,
+            light_draws: 0,
             measure,
             keep_gbuffer,
             marches: parts.iter().any(|part| part.march.is_some()),
@@ -398,7 +409,7 @@ impl Renderer {
     ) -> gpu::Result<Duration> {
         let (first, frames) = (range.start, range.end.saturating_sub(range.start));
         self.pass_totals = [0.0; PASSES.len()];
-        self.frames = frames;
+        (self.frames, self.light_draws) = (frames, 0);
         let start = Instant::now();
         for index in range {
             let done = index - first;
@@ -407,6 +418,9 @@ impl Renderer {
             self.write_uniforms(slot, index, done)?;
 
             let mut commands = self.start(slot)?;
+            if self.draws_light(index) {
+                self.record_light(commands, slot);
+            }
             self.record_scene(commands, slot);
             if self.exact.is_some() {
                 commands = self.sum_exact(slot, done, progress)?;
@@ -442,6 +456,9 @@ impl Renderer {
         let commands = self.slots[0].begin()?;
         for slot in 0..2 {
             self.stamps[slot].reset(commands);
+            if self.draws_light(slot as u32) {
+                self.record_light(commands, slot);
+            }
             self.record_scene(commands, slot);
             self.record_resolve(commands, slot, slot as u32, true);
         }
@@ -470,31 +487,44 @@ impl Renderer {
         self.uniforms[slot].write(bytemuck::bytes_of(&uniforms))
     }
 
-    /// The frame, up to radiance.
+    /// Whether frame `index`, which is to be recorded, draws the light map: not where it would draw what the last one
+    /// has drawn. All frames share the map, in flight or not, and are recorded in the order in which they run.
+    fn draws_light(&mut self, index: u32) -> bool {
+        let frame = self.light_frame(index);
+        let draws = self.redraw_light || self.drawn.as_ref() != Some(&frame);
+        if draws {
+            self.drawn = Some(frame);
+            self.light_draws += 1;
+        }
+        draws
+    }
+
+    /// Has the next frame draw the light map, wherever it lies.
+    pub fn forget_light(&mut self) {
+        self.drawn = None;
+    }
+
+    /// What reads the light map: the shade pass, and in compute `exact` and what makes volumes.
+    fn map_read(&self) -> Use {
+        if self.exact.is_some() || self.volumes.is_some() {
+            Use::FRAGMENT_SAMPLE.and(Use::COMPUTE_SAMPLE)
+        } else {
+            Use::FRAGMENT_SAMPLE
+        }
+    }
+
+    /// The frame, up to what is made of the light alone. Frames in which neither light nor mesh has moved go
+    /// without: the map stays as its last barriers have left it, to be sampled.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
+    fn record_light(&self, commands: vk::CommandBuffer, slot: usize) {
         let device = &*self.device;
-        let (map, gbuffer, canvas) = (&self.map, &self.gbuffer, &self.canvas);
-        // What reads the map and the G-buffer: the shade pass, and `exact` in compute. A render
-        // pass also stores its attachments at its end, which is a write.
-        let mut map_read = Use::FRAGMENT_SAMPLE;
-        let mut depth_read = Use::DEPTH_INPUT.and(Use::DEPTH_WRITE);
-        let mut normal_read = Use::COLOR_INPUT.and(Use::COLOR_WRITE);
-        if self.exact.is_some() {
-            map_read = map_read.and(Use::COMPUTE_SAMPLE);
-            depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
-            normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
-        }
-
-        if self.volumes.is_some() {
-            map_read = map_read.and(Use::COMPUTE_SAMPLE);
-        }
-
+        let map = &self.map;
+        let map_read = self.map_read();
         // Between the levels of a pyramid lie zeros from when it was made, and these are kept.
         let moments_before = if map.pyramid.is_some() { map_read } else { map_read.discarding() };
         let fourth = map.pyramid.as_ref().and_then(|p| p.fourth.as_ref());
 
-        // light: what the light sees. The map is drawn anew, since light and mesh may have moved.
+        // light: what the light sees.
         barrier::image(
             device, commands, c"WAR: the previous frame shades from the light depth",
             &map.depth, Use::FRAGMENT_SAMPLE_DEPTH.discarding(), Use::DEPTH_WRITE,
@@ -540,6 +570,21 @@ impl Renderer {
             self.begin(commands, slot, VOLUME);
             record_volumes(device, commands, light, pass, &self.light_frame);
             self.end(commands, slot, VOLUME);
+        }
+    }
+
+    /// The frame, from the camera up to radiance.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
+        let device = &*self.device;
+        let (gbuffer, canvas) = (&self.gbuffer, &self.canvas);
+        // What reads the G-buffer: the shade pass, and `exact` in compute. A render pass also stores its
+        // attachments at its end, which is a write.
+        let mut depth_read = Use::DEPTH_INPUT.and(Use::DEPTH_WRITE);
+        let mut normal_read = Use::COLOR_INPUT.and(Use::COLOR_WRITE);
+        if self.exact.is_some() {
+            depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
+            normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
         }
 
         // view and shade: one render pass of three subpasses (view.rs has their dependencies).
@@ -745,18 +790,22 @@ impl Renderer {
         Ok(())
     }
 
-    /// Device time of each pass that ran, as a mean over the frames (readback: once).
+    /// Device time of each pass that ran, as a mean over the frames in which it did.
     pub fn pass_times(&self) -> Vec<PassTime> {
-        let frames = f64::from(self.frames.max(1));
-        PASSES
-            .iter()
+        (0..)
+            .zip(PASSES)
             .zip(self.pass_totals)
             .filter(|(_, total)| *total > 0.0)
-            .map(|(&(pass, _), total)| {
-                let runs = if pass == "readback" { 1.0 } else { frames };
+            .map(|((pass, (name, _)), total)| {
+                let frames = match pass {
+                    LIGHT | REDUCE | BOXES | VOLUME => self.light_draws,
+                    READBACK => 1,
+                    _ => self.frames,
+                };
                 PassTime {
-                    pass: pass.to_owned(),
-                    milliseconds: total / runs,
+                    pass: name.to_owned(),
+                    milliseconds: total / f64::from(frames.max(1)),
+                    frames,
                 }
             })
             .collect()

@@ -25,6 +25,8 @@ pub struct Options {
     pub measure: bool,
     /// Bytes of device memory to use at most, as if the device had no more.
     pub memory_limit: Option<u64>,
+    /// Whether each frame draws the light map anew, even while light and mesh rest: for measuring alone.
+    pub redraw_light: bool,
 }
 
 /// Why there is no picture.
@@ -90,7 +92,7 @@ pub struct Picture {
     pub device: String,
     /// Driver name and version.
     pub driver: String,
-    /// Device time of each pass.
+    /// Device time of each pass, as a mean over the frames in which it ran.
     pub passes: Vec<PassTime>,
     /// Mean time of a frame on the wall, ms.
     pub wall_milliseconds: f64,
@@ -190,12 +192,15 @@ pub fn render(
     let device = open_device(options)?;
     check_fit(options, plan, device.candidate())?;
     let mut renderer = Renderer::new(&device, plan, false, options.measure)?;
+    renderer.redraw_light = options.redraw_light;
     warn_coarse(plan, &renderer);
     warn_volumes(plan);
     if options.measure && plan.multiple != Multiple::Exact && plan.split != Some(Multiple::Exact) {
         // Drivers compile on first use: a frame that does not count. `exact` is no matter of
         // frame times, and too long to be run twice.
         renderer.render_frames(0..1, &mut |_| ())?;
+        // Nor does its light map: of a picture of one frame it belongs to the time.
+        renderer.forget_light();
     }
     let wall = renderer.render(progress)?;
     let radiance = renderer.radiance()?;
