@@ -28,7 +28,8 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("boxes.comp", "", &[]),
     ("boxes_shared.comp", "", &[]),
     ("exact.comp", "", &[]),
-    ("resolve.comp", "", &[]),
+    ("resolve.frag", "", &[]),
+    ("resolve.frag", "encode", &["ENCODE"]),
 ];
 
 /// The shaders that shade, by their method for multiple scattering.

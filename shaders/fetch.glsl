@@ -9,13 +9,13 @@
 #define TERM_INPUT 3
 #ifdef COUNTING
 layout(binding = 15, std430) buffer Counts {
-    uvec4 columns;   // x: columns of the picture
-    uvec4 counts[];  // of each pixel; of passes that make several texels at once, one entry
+    uvec4 counts_size; // x: columns of the picture
+    uvec4 counts[];    // of each pixel; of passes that make several texels at once, one entry
 };
 // One store a pixel, in place of what the previous frame stored there; with `more`, added to what an earlier dispatch
 // of this frame did.
 #define STORE_COUNTS(pixel, more)                                \
-    uint counts_at = uint((pixel).y) * columns.x + uint((pixel).x); \
+    uint counts_at = uint((pixel).y) * counts_size.x + uint((pixel).x); \
     if (more) counted += counts[counts_at];                      \
     counts[counts_at] = counted
 // The most that any invocation has read.

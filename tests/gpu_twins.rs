@@ -532,6 +532,37 @@ fn averaging_is_the_mean_of_the_frames() {
     assert!(worst < 1e-6, "{worst}");
 }
 
+/// Of a solid only front faces are drawn. With a loose triangle inside, which nobody sees, it is none, all faces are drawn,
+/// and the picture is the same.
+#[test]
+fn front_faces_are_all_there_is_to_see_of_a_solid() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = marble([140.0, 25.0], Multiple::Mixture(Mixture::THREE));
+    plan.specular = true;
+    assert!(plan.scene.mesh.is_solid());
+    let solid = device::wide(&device::render(&device, &plan));
+    let mesh = &mut plan.scene.mesh;
+    let first = mesh.positions.len() as u32;
+    let middle = mesh.center();
+    mesh.positions
+        .extend([DVec3::X, DVec3::Y, DVec3::Z].map(|p| middle + p));
+    mesh.normals.extend([DVec3::Y; 3]);
+    mesh.uvs.extend([[0.0; 2]; 3]);
+    mesh.triangles.push([first, first + 1, first + 2]);
+    assert!(!mesh.is_solid());
+    let all = device::wide(&device::render(&device, &plan));
+    let rr = device::rr(&all, &solid);
+    assert!(rr < 1e-3, "rr {rr}");
+    // Seen from within, it is its back faces that are seen.
+    let mut plan = marble([140.0, 25.0], Multiple::Brdf);
+    plan.scene.camera.eye = plan.scene.mesh.center();
+    plan.scene.camera.target = plan.scene.camera.eye + DVec3::Z;
+    let within = device::render(&device, &plan);
+    assert!(within.iter().all(|p| p[3] > 0.0), "a hole");
+}
+
 /// Two frames in one submit: the layer then checks the barriers between frames, too, and the
 /// device of the test fails on any message. The picture is that of two submits.
 #[test]
@@ -568,24 +599,85 @@ fn frames_do_not_race_with_each_other() {
                 exits: Exits::Linear,
             });
         }
-        plan.jitter = Jitter::All;
         plan.frames_averaged = 2;
-        let mut renderer = Renderer::new(
-            &device.device,
-            &plan,
-            &Setup {
-                keep_gbuffer: keep,
-                ..Setup::default()
-            },
-        )
-        .expect("a renderer");
-        renderer.render_pair().expect("two frames");
-        let pair = renderer.radiance().expect("radiance");
-        renderer.render(&mut |_| ()).expect("two frames again");
-        assert!(
-            pair == renderer.radiance().expect("radiance"),
-            "another picture"
-        );
+        // The second frame draws the light map anew, or shades from that of the first.
+        for jitter in [Jitter::All, Jitter::Samples] {
+            plan.jitter = jitter;
+            let mut renderer = Renderer::new(
+                &device.device,
+                &plan,
+                &Setup {
+                    keep_gbuffer: keep,
+                    ..Setup::default()
+                },
+            )
+            .expect("a renderer");
+            renderer.render_pair().expect("two frames");
+            let pair = renderer.radiance().expect("radiance");
+            renderer.render(&mut |_| ()).expect("two frames again");
+            assert!(
+                pair == renderer.radiance().expect("radiance"),
+                "another picture"
+            );
+        }
+    }
+}
+
+/// A light map that rests is drawn once, and the picture has the bits of one that is drawn in each frame.
+#[test]
+fn a_light_map_that_rests_is_drawn_once() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for multiple in [
+        Multiple::Samples(8),
+        Multiple::Rings(6),
+        Multiple::Mixture(Mixture {
+            volumes: 3,
+            ..Mixture::FOUR
+        }),
+        Multiple::Exact,
+    ] {
+        for (jitter, draws) in [(Jitter::Off, 1), (Jitter::Samples, 1), (Jitter::All, 3)] {
+            let mut plan = marble([60.0, 35.0], multiple);
+            if multiple == Multiple::Exact {
+                (plan.size, plan.light_map) = ([32, 24], 48);
+            }
+            plan.specular = true;
+            plan.single = Single::March(March {
+                steps: 4,
+                exits: Exits::Linear,
+            });
+            plan.jitter = jitter;
+            plan.frames_averaged = 3;
+            let mut renderer =
+                Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
+            let mut draw = |redraw_light| {
+                renderer.redraw_light = redraw_light;
+                renderer.render(&mut |_| ()).expect("a picture");
+                let times = renderer.pass_times();
+                let of_light = |pass: &str| ["light", "reduce", "boxes", "volume"].contains(&pass);
+                for time in &times {
+                    let frames = match time.pass.as_str() {
+                        "readback" => 1,
+                        pass if of_light(pass) && !redraw_light => draws,
+                        _ => 3,
+                    };
+                    assert_eq!(time.frames, frames, "{multiple}, {}", time.pass);
+                }
+                let drawn = times.iter().any(|time| time.pass == "light");
+                (renderer.radiance().expect("radiance"), drawn)
+            };
+            let stamped = device.device.candidate().timestamp_bits > 0;
+            let (resting, drawn) = draw(false);
+            assert_eq!(drawn, stamped);
+            let (anew, _) = draw(true);
+            assert!(resting == anew, "{multiple}, {jitter:?}: another picture");
+            // It lies where the last frame of the same plan left it.
+            let (again, drawn) = draw(false);
+            assert!(again == resting, "{multiple}, {jitter:?}: another picture");
+            assert_eq!(drawn, stamped && jitter == Jitter::All);
+        }
     }
 }
 

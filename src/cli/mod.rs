@@ -147,6 +147,7 @@ impl Global {
             validation: self.validation,
             measure: false,
             memory_limit: self.memory_limit,
+            redraw_light: false,
         }
     }
 }

@@ -91,7 +91,7 @@ impl Renderer {
                 &self.gbuffer.normal,
                 Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
             ),
-            Target::Radiance => (&self.canvas.radiance, Use::COMPUTE_STORAGE),
+            Target::Radiance => (&self.canvas.radiance, Use::FRAGMENT_SAMPLE),
         };
         let [width, height] = image.size();
         let bytes = match image.format() {

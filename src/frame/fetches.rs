@@ -207,8 +207,9 @@ pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
             );
         }
     }
-    let constants = resolve::constants(true, plan.frames_averaged > 1);
-    add("resolve", &shaders::RESOLVE_COMP, &constants, &[], None);
+    // The last frame's encodes as well.
+    let history = u32::from(plan.frames_averaged > 1);
+    add("resolve", resolve::shader(true), &[history], &[], None);
     stages
 }
 

@@ -22,8 +22,13 @@ pub struct LightPass {
 }
 
 impl LightPass {
-    /// Prepares drawing into `map` with one uniform buffer a frame slot.
-    pub fn new(device: &Arc<Device>, uniforms: &[Buffer], map: &LightMap) -> gpu::Result<Self> {
+    /// Prepares drawing into `map` with one uniform buffer a frame slot; of a `solid` front faces alone.
+    pub fn new(
+        device: &Arc<Device>,
+        uniforms: &[Buffer],
+        map: &LightMap,
+        solid: bool,
+    ) -> gpu::Result<Self> {
         let attachment = |image: &gpu::Image, layout| {
             vk::AttachmentDescription::default()
                 .format(image.format())
@@ -77,7 +82,11 @@ impl LightPass {
                     Some(_) => &shaders::LIGHT_FRAG_FOURTH,
                 }),
                 vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
-                cull: vk::CullModeFlags::NONE,
+                // An open sheet is lit from both sides.
+                cull: match solid {
+                    true => vk::CullModeFlags::BACK,
+                    false => vk::CullModeFlags::NONE,
+                },
                 // Rows of the map grow with v, which mirrors the picture and turns the winding.
                 front: vk::FrontFace::CLOCKWISE,
                 depth: (vk::CompareOp::LESS, true),

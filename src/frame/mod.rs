@@ -77,6 +77,9 @@ const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 /// map, which is the least that a submit of `exact` sums? Lavapipe takes about 0.1 s for them.
 const EXACT_PAIRS: u64 = 1 << 24;
 
+/// How far from the middle, in radii of the mesh, does a camera surely see no back face through the near plane?
+const OUTSIDE: f64 = 1.1;
+
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
 const PASSES: [(&str, &CStr); 10] = [
     ("light", c"light"),
@@ -125,12 +128,17 @@ pub enum Progress {
 pub struct PassTime {
     /// The pass, named as its label.
     pub pass: String,
-    /// Mean over the frames, ms.
+    /// Mean over the frames in which it ran, ms.
     pub milliseconds: f64,
+    /// In how many frames it ran.
+    pub frames: u32,
 }
 
 /// Everything one plan needs on one device; made once, then no frame allocates.
 pub struct Renderer {
+    /// Whether each frame draws the light map anew, even if it lies as it did in the frame before. It is then what
+    /// it was: for measuring alone.
+    pub redraw_light: bool,
     // Dropped first: a slot waits for the queue before anything it uses goes.
     slots: Vec<Slot>,
     stamps: Vec<Timestamps>,
@@ -160,9 +168,12 @@ pub struct Renderer {
     center: DVec3,
     radius: f64,
     light_frame: LightFrame,
+    // Where the map lay when it was last drawn: all that may change it.
+    drawn: Option<LightFrame>,
     pending: Vec<bool>,
     pass_totals: [f64; PASSES.len()],
     frames: u32,
+    light_draws: u32,
     measure: bool,
     keep_gbuffer: bool,
     marches: bool,
@@ -284,7 +295,12 @@ impl Renderer {
             &canvas,
             keep_gbuffer || exact_columns.is_some(),
         )?;
-        let light = LightPass::new(device, &uniforms, &map)?;
+        // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
+        // as the others.
+        let solid = mesh.is_solid();
+        let eye = plan.view_at(center, radius, 0).eye;
+        let outside = eye.length() > OUTSIDE * radius;
+        let light = LightPass::new(device, &uniforms, &map, solid)?;
         let reduce = map
             .pyramid
             .as_ref()
@@ -298,7 +314,7 @@ impl Renderer {
             .as_ref()
             .map(|light| VolumePass::new(device, &map.moments, light, build))
             .transpose()?;
-        let view = ViewPass::new(device, &uniforms, &camera)?;
+        let view = ViewPass::new(device, &uniforms, &camera, solid && outside)?;
         let shade = ShadePass::new(
             device,
             &uniforms,
@@ -321,6 +337,7 @@ impl Renderer {
         let resolve =
             ResolvePass::new(device, &uniforms, &canvas, plan.frames_averaged > 1, build)?;
         Ok(Renderer {
+            redraw_light: false,
             slots,
             stamps,
             uniforms,
@@ -349,9 +366,11 @@ impl Renderer {
             center,
             radius,
             light_frame,
+            drawn: None,
             pending: vec![false; FRAMES_IN_FLIGHT],
             pass_totals: [0.0; PASSES.len()],
             frames: 0,
+            light_draws: 0,
             measure,
             keep_gbuffer,
             marches: parts.iter().any(|part| part.march.is_some()),
@@ -395,7 +414,7 @@ impl Renderer {
     ) -> gpu::Result<Duration> {
         let (first, frames) = (range.start, range.end.saturating_sub(range.start));
         self.pass_totals = [0.0; PASSES.len()];
-        self.frames = frames;
+        (self.frames, self.light_draws) = (frames, 0);
         let start = Instant::now();
         for index in range {
             let done = index - first;
@@ -404,13 +423,16 @@ impl Renderer {
             self.write_uniforms(slot, index, done)?;
 
             let mut commands = self.start(slot)?;
+            if self.draws_light(index) {
+                self.record_light(commands, slot);
+            }
             self.record_scene(commands, slot);
             if self.exact.is_some() {
                 commands = self.sum_exact(slot, done, progress)?;
             }
-            self.record_resolve(commands, slot, done == 0, done + 1 == frames);
+            self.record_resolve(commands, slot, done, done + 1 == frames);
             if done + 1 == frames {
-                self.record_readback(commands, slot);
+                self.record_readback(commands, slot, done);
             }
             self.submit(slot)?;
             progress(Progress::Frame {
@@ -439,10 +461,13 @@ impl Renderer {
         let commands = self.slots[0].begin()?;
         for slot in 0..2 {
             self.stamps[slot].reset(commands);
+            if self.draws_light(slot as u32) {
+                self.record_light(commands, slot);
+            }
             self.record_scene(commands, slot);
-            self.record_resolve(commands, slot, slot == 0, true);
+            self.record_resolve(commands, slot, slot as u32, true);
         }
-        self.record_readback(commands, 1);
+        self.record_readback(commands, 1, 1);
         self.slots[0].submit()?;
         self.slots[0].wait()
     }
@@ -467,38 +492,46 @@ impl Renderer {
         self.uniforms[slot].write(bytemuck::bytes_of(&uniforms))
     }
 
-    /// The frame, up to radiance.
+    /// Whether frame `index`, which is to be recorded, draws the light map: not where it would draw what the last one
+    /// has drawn. All frames share the map, in flight or not, and are recorded in the order in which they run.
+    fn draws_light(&mut self, index: u32) -> bool {
+        let frame = self.light_frame(index);
+        let draws = self.redraw_light || self.drawn.as_ref() != Some(&frame);
+        if draws {
+            self.drawn = Some(frame);
+            self.light_draws += 1;
+        }
+        draws
+    }
+
+    /// Has the next frame draw the light map, wherever it lies.
+    pub fn forget_light(&mut self) {
+        self.drawn = None;
+    }
+
+    /// What reads the light map: the shade pass, and in compute `exact` and what makes volumes.
+    fn map_read(&self) -> Use {
+        if self.exact.is_some() || self.volumes.is_some() {
+            Use::FRAGMENT_SAMPLE.and(Use::COMPUTE_SAMPLE)
+        } else {
+            Use::FRAGMENT_SAMPLE
+        }
+    }
+
+    /// The frame, up to what is made of the light alone. Frames in which neither light nor mesh has moved go
+    /// without: the map stays as its last barriers have left it, to be sampled.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
+    fn record_light(&self, commands: vk::CommandBuffer, slot: usize) {
         let device = &*self.device;
-        let (map, gbuffer, canvas) = (&self.map, &self.gbuffer, &self.canvas);
+        let map = &self.map;
+        let map_read = self.map_read();
         let counters = self.counters.as_ref();
-        for counts in counters.into_iter().flat_map(Counters::buffers) {
-            barrier::buffer(
-                device, commands, c"WAW: the previous frame counts its reads here",
-                counts, COUNTING, COUNTING,
-            );
-        }
-        // What reads the map and the G-buffer: the shade pass, and `exact` in compute. A render
-        // pass also stores its attachments at its end, which is a write.
-        let mut map_read = Use::FRAGMENT_SAMPLE;
-        let mut depth_read = Use::DEPTH_INPUT.and(Use::DEPTH_WRITE);
-        let mut normal_read = Use::COLOR_INPUT.and(Use::COLOR_WRITE);
-        if self.exact.is_some() {
-            map_read = map_read.and(Use::COMPUTE_SAMPLE);
-            depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
-            normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
-        }
-
-        if self.volumes.is_some() {
-            map_read = map_read.and(Use::COMPUTE_SAMPLE);
-        }
-
+        record_counted(device, commands, counters);
         // Between the levels of a pyramid lie zeros from when it was made, and these are kept.
         let moments_before = if map.pyramid.is_some() { map_read } else { map_read.discarding() };
         let fourth = map.pyramid.as_ref().and_then(|p| p.fourth.as_ref());
 
-        // light: what the light sees. The map is drawn anew, since light and mesh may have moved.
+        // light: what the light sees.
         barrier::image(
             device, commands, c"WAR: the previous frame shades from the light depth",
             &map.depth, Use::FRAGMENT_SAMPLE_DEPTH.discarding(), Use::DEPTH_WRITE,
@@ -545,6 +578,22 @@ impl Renderer {
             record_volumes(device, commands, light, pass, &self.light_frame);
             self.end(commands, slot, VOLUME);
         }
+    }
+
+    /// The frame, from the camera up to radiance.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_scene(&self, commands: vk::CommandBuffer, slot: usize) {
+        let device = &*self.device;
+        let (gbuffer, canvas) = (&self.gbuffer, &self.canvas);
+        record_counted(device, commands, self.counters.as_ref());
+        // What reads the G-buffer: the shade pass, and `exact` in compute. A render pass also stores its
+        // attachments at its end, which is a write.
+        let mut depth_read = Use::DEPTH_INPUT.and(Use::DEPTH_WRITE);
+        let mut normal_read = Use::COLOR_INPUT.and(Use::COLOR_WRITE);
+        if self.exact.is_some() {
+            depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
+            normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
+        }
 
         // view and shade: one render pass of three subpasses (view.rs has their dependencies).
         barrier::image(
@@ -565,7 +614,7 @@ impl Renderer {
         );
         barrier::image(
             device, commands, c"WAR: the previous frame resolves the radiance",
-            &canvas.radiance, Use::COMPUTE_STORAGE.discarding(), Use::COLOR_WRITE,
+            &canvas.radiance, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
         );
         self.camera.begin(commands, &view::clear_values());
         // Where the view ray leaves the object, which single scattering reads.
@@ -583,11 +632,16 @@ impl Renderer {
         self.shade.record(commands, slot);
         self.end(commands, slot, SHADE);
         self.camera.end(commands);
-        barrier::image(
-            device, commands, c"RAW: compute reads the radiance",
-            &canvas.radiance, Use::COLOR_WRITE, Use::COMPUTE_STORAGE,
-        );
-        if self.exact.is_some() {
+        if self.exact.is_none() {
+            barrier::image(
+                device, commands, c"RAW: resolve samples the radiance",
+                &canvas.radiance, Use::COLOR_WRITE, Use::FRAGMENT_SAMPLE,
+            );
+        } else {
+            barrier::image(
+                device, commands, c"RAW, WAW: exact adds to the radiance",
+                &canvas.radiance, Use::COLOR_WRITE, Use::COMPUTE_STORAGE,
+            );
             barrier::image(
                 device, commands, c"RAW: exact reads the view depth",
                 &gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT), Use::COMPUTE_SAMPLE_DEPTH,
@@ -651,41 +705,50 @@ impl Renderer {
         }
         let commands = self.start(slot)?;
         barrier::image(
-            &self.device, commands, c"RAW: resolve reads what exact has added",
-            &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::COMPUTE_STORAGE,
+            &self.device, commands, c"RAW: resolve samples what exact has added to",
+            &self.canvas.radiance, Use::COMPUTE_STORAGE, Use::FRAGMENT_SAMPLE,
         );
         Ok(commands)
     }
 
-    /// resolve: the running mean, and after the last frame its encoding.
+    /// resolve: the running mean after `done` other frames, and after the last its encoding.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, first: bool, last: bool) {
+    fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, done: u32, last: bool) {
         let canvas = &self.canvas;
-        let before = if first { Use::DISCARD } else { Use::COMPUTE_STORAGE };
+        let (old, new) = (&canvas.means[mean_of(done + 1)], &canvas.means[mean_of(done)]);
+        // The first frame begins anew: nothing is pending on the images, and nothing in them counts.
+        let written = if done == 0 { Use::DISCARD } else { Use::COLOR_WRITE };
         barrier::image(
-            &self.device, commands, c"RAW, WAW: the mean goes on from the previous frame",
-            &canvas.mean, before, Use::COMPUTE_STORAGE,
+            &self.device, commands, c"RAW: the mean goes on from the previous frame",
+            old, written, Use::FRAGMENT_SAMPLE,
         );
         barrier::image(
-            &self.device, commands, c"WAW: the previous frame wrote the display image",
-            &canvas.display, before, Use::COMPUTE_STORAGE,
+            &self.device, commands, c"WAR: the previous frame goes on from the mean before it",
+            new, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
         );
+        if last {
+            barrier::image(
+                &self.device, commands, c"WAW: a frame before this one encodes the display image",
+                &canvas.display, Use::COLOR_WRITE.discarding(), Use::COLOR_WRITE,
+            );
+        }
         self.begin(commands, slot, RESOLVE);
-        self.resolve.record(commands, slot, last);
+        self.resolve.record(commands, slot, mean_of(done), last);
         self.end(commands, slot, RESOLVE);
     }
 
-    /// readback: mean and display to the host.
+    /// readback: the mean of the frame after `done` others, and the display image, to the host.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_readback(&self, commands: vk::CommandBuffer, slot: usize) {
+    fn record_readback(&self, commands: vk::CommandBuffer, slot: usize, done: u32) {
         let canvas = &self.canvas;
+        let mean = &canvas.means[mean_of(done)];
         barrier::image(
             &self.device, commands, c"RAW: the copy reads the mean",
-            &canvas.mean, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+            mean, Use::COLOR_WRITE, Use::COPY_SOURCE,
         );
         barrier::image(
             &self.device, commands, c"RAW: the copy reads the display image",
-            &canvas.display, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+            &canvas.display, Use::COLOR_WRITE, Use::COPY_SOURCE,
         );
         for counts in self.counters.iter().flat_map(Counters::buffers) {
             barrier::buffer(
@@ -694,7 +757,7 @@ impl Renderer {
             );
         }
         self.begin(commands, slot, READBACK);
-        submit::record_readback(&self.device, commands, &canvas.mean, &self.mean_readback);
+        submit::record_readback(&self.device, commands, mean, &self.mean_readback);
         submit::record_readback(&self.device, commands, &canvas.display, &self.display_readback);
         self.end(commands, slot, READBACK);
     }
@@ -745,18 +808,22 @@ impl Renderer {
         Ok(())
     }
 
-    /// Device time of each pass that ran, as a mean over the frames (readback: once).
+    /// Device time of each pass that ran, as a mean over the frames in which it did.
     pub fn pass_times(&self) -> Vec<PassTime> {
-        let frames = f64::from(self.frames.max(1));
-        PASSES
-            .iter()
+        (0..)
+            .zip(PASSES)
             .zip(self.pass_totals)
             .filter(|(_, total)| *total > 0.0)
-            .map(|(&(pass, _), total)| {
-                let runs = if pass == "readback" { 1.0 } else { frames };
+            .map(|((pass, (name, _)), total)| {
+                let frames = match pass {
+                    LIGHT | REDUCE | BOXES | VOLUME => self.light_draws,
+                    READBACK => 1,
+                    _ => self.frames,
+                };
                 PassTime {
-                    pass: pass.to_owned(),
-                    milliseconds: total / runs,
+                    pass: name.to_owned(),
+                    milliseconds: total / f64::from(frames.max(1)),
+                    frames,
                 }
             })
             .collect()
@@ -777,6 +844,11 @@ impl Renderer {
     pub fn display(&self) -> gpu::Result<Vec<[u8; 4]>> {
         Ok(bytemuck::pod_collect_to_vec(self.display_readback.read()?))
     }
+}
+
+/// Which of the two means the frame after `done` others writes; it reads the other one.
+fn mean_of(done: u32) -> usize {
+    done as usize % 2
 }
 
 /// How `candidate` reads between texels of 32-bit floats.
@@ -893,12 +965,12 @@ fn record_halving(
     }
 }
 
-/// In a counting build, between dispatches of one shader.
+/// In a counting build, between dispatches of one shader and between frames.
 #[rustfmt::skip] // A barrier is read as a sentence.
 fn record_counted(device: &Device, commands: vk::CommandBuffer, counters: Option<&Counters>) {
     for counts in counters.into_iter().flat_map(Counters::buffers) {
         barrier::buffer(
-            device, commands, c"WAW: the next dispatch goes on counting",
+            device, commands, c"WAW: the next dispatch, or frame, goes on counting",
             counts, COUNTING, COUNTING,
         );
     }

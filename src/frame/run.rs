@@ -25,6 +25,8 @@ pub struct Options {
     pub measure: bool,
     /// Bytes of device memory to use at most, as if the device had no more.
     pub memory_limit: Option<u64>,
+    /// Whether each frame draws the light map anew, even while light and mesh rest: for measuring alone.
+    pub redraw_light: bool,
 }
 
 /// Why there is no picture.
@@ -90,7 +92,7 @@ pub struct Picture {
     pub device: String,
     /// Driver name and version.
     pub driver: String,
-    /// Device time of each pass.
+    /// Device time of each pass, as a mean over the frames in which it ran.
     pub passes: Vec<PassTime>,
     /// Mean time of a frame on the wall, ms.
     pub wall_milliseconds: f64,
@@ -197,12 +199,15 @@ pub fn render(
             ..Setup::default()
         },
     )?;
+    renderer.redraw_light = options.redraw_light;
     warn_coarse(plan, &renderer);
     warn_volumes(plan);
     if options.measure && plan.multiple != Multiple::Exact && plan.split != Some(Multiple::Exact) {
         // Drivers compile on first use: a frame that does not count. `exact` is no matter of
         // frame times, and too long to be run twice.
         renderer.render_frames(0..1, &mut |_| ())?;
+        // Nor does its light map: of a picture of one frame it belongs to the time.
+        renderer.forget_light();
     }
     let wall = renderer.render(progress)?;
     let radiance = renderer.radiance()?;
@@ -314,10 +319,10 @@ fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<()
     }
     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
     let texels = u64::from(plan.light_map).pow(2);
-    // Bytes a pixel: G-buffer 12, radiance and mean 32, display 4, readback 20; a texel: 20, the
+    // Bytes a pixel: G-buffer 16, radiance and two means 48, display 4, readback 20; a texel: 20, the
     // boxes a third of 16, and the atlas of the mixture, twice the map at most in either image of 16
     // bytes and of 4.
-    let mut images = pixels * 68 + texels * 20;
+    let mut images = pixels * 88 + texels * 20;
     for method in plan.methods() {
         match method {
             Multiple::Rings(_) => images += texels * 6,

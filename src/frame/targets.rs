@@ -269,8 +269,8 @@ impl GBuffer {
 pub struct Canvas {
     /// RGBA32F linear radiance of one frame, premultiplied by coverage.
     pub radiance: Image,
-    /// RGBA32F running mean over the averaged frames.
-    pub mean: Image,
+    /// RGBA32F running mean over the averaged frames, which write them in turn.
+    pub means: [Image; 2],
     /// RGBA8, sRGB-encoded, straight alpha.
     pub display: Image,
 }
@@ -279,7 +279,7 @@ impl Canvas {
     /// Makes the images of a picture of `size` pixels.
     pub fn new(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Self> {
         let image = |name, format, usage| {
-            let usage = usage | U::STORAGE | U::TRANSFER_SRC;
+            let usage = usage | U::COLOR_ATTACHMENT | U::TRANSFER_SRC;
             Image::new(
                 device,
                 name,
@@ -292,8 +292,12 @@ impl Canvas {
         };
         let float = Format::R32G32B32A32_SFLOAT;
         Ok(Canvas {
-            radiance: image("radiance", float, U::COLOR_ATTACHMENT)?,
-            mean: image("mean", float, U::empty())?,
+            // `exact` adds to it in compute.
+            radiance: image("radiance", float, U::SAMPLED | U::STORAGE)?,
+            means: [
+                image("mean 0", float, U::SAMPLED)?,
+                image("mean 1", float, U::SAMPLED)?,
+            ],
             display: image("display", Format::R8G8B8A8_UNORM, U::empty())?,
         })
     }

@@ -158,8 +158,14 @@ pub struct ViewPass {
 }
 
 impl ViewPass {
-    /// Prepares the draws for `pass`, with one uniform buffer a frame slot.
-    pub fn new(device: &Arc<Device>, uniforms: &[Buffer], pass: &RenderPass) -> gpu::Result<Self> {
+    /// Prepares the draws for `pass`, with one uniform buffer a frame slot; of a `solid`, which is seen
+    /// from outside, the view draws front faces alone.
+    pub fn new(
+        device: &Arc<Device>,
+        uniforms: &[Buffer],
+        pass: &RenderPass,
+        solid: bool,
+    ) -> gpu::Result<Self> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let bindings: Vec<_> = uniforms.iter().map(|u| vec![Binding::Uniform(u)]).collect();
         let sets = DescriptorSets::new(device, "view", stages, &bindings)?;
@@ -167,8 +173,11 @@ impl ViewPass {
             vertex: &shaders::VIEW_VERT,
             fragment: Some(&shaders::VIEW_FRAG),
             vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
-            // None: an open sheet is seen from both sides.
-            cull: vk::CullModeFlags::NONE,
+            // An open sheet is seen from both sides.
+            cull: match solid {
+                true => vk::CullModeFlags::BACK,
+                false => vk::CullModeFlags::NONE,
+            },
             front: vk::FrontFace::COUNTER_CLOCKWISE,
             depth: (vk::CompareOp::LESS, true),
             colors: 1,

@@ -176,8 +176,8 @@ impl Candidate {
             ),
             (
                 vk::Format::R8G8B8A8_UNORM,
-                F::STORAGE_IMAGE,
-                "RGBA8 as storage image",
+                F::COLOR_ATTACHMENT | F::TRANSFER_SRC,
+                "RGBA8 as attachment",
             ),
             (
                 vk::Format::R32G32_SFLOAT,

@@ -210,11 +210,11 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
             }
         }
     }
-    let resolve = ("resolve", "resolve.comp");
-    let what = "radiance, storage image";
+    let resolve = ("resolve", "resolve.frag");
+    let what = "radiance, texel";
     lines.push(line(resolve, "other", "radiance", what, 1));
     if plan.frames_averaged > 1 {
-        let what = "mean so far, storage image";
+        let what = "mean so far, texel";
         lines.push(line(resolve, "other", "mean", what, 1));
     }
     lines

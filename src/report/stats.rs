@@ -16,7 +16,7 @@ pub struct Measured {
     pub validation: bool,
     /// What they said.
     pub validation_messages: Vec<String>,
-    /// Passes with their device times, mean over frames, ms.
+    /// Passes with their device times, mean over the frames in which each ran, ms.
     pub passes: Vec<(String, f64)>,
     /// Wall time of a frame, ms.
     pub wall_milliseconds: f64,
@@ -144,7 +144,7 @@ pub struct Method {
 pub struct Times {
     /// Wall time.
     pub wall: f64,
-    /// Sum of the passes' device times.
+    /// Sum of the passes' device times: of a frame that runs them all.
     pub device: f64,
     /// Each pass.
     pub passes: Vec<Pass>,
@@ -155,7 +155,7 @@ pub struct Times {
 pub struct Pass {
     /// Its name.
     pub pass: String,
-    /// Mean over frames, ms.
+    /// Mean over the frames in which it ran, ms: light and what is made of it rest while the light map does.
     pub milliseconds: f64,
 }
 

@@ -62,6 +62,53 @@ impl Mesh {
             .filter_map(|triangle| corners(&self.positions, triangle))
     }
 
+    /// Whether it bounds a solid: closed, and every part of it with its faces outward. From outside
+    /// only front faces are then seen.
+    ///
+    /// A hollow, whose faces point into it, does not count as one.
+    pub fn is_solid(&self) -> bool {
+        let mut welded: HashMap<[u64; 3], u32> = HashMap::with_capacity(self.positions.len());
+        let points: Vec<u32> = self
+            .positions
+            .iter()
+            .map(|&p| {
+                let next = welded.len() as u32;
+                *welded.entry(weld_key(p)).or_insert(next)
+            })
+            .collect();
+        // Closed: each edge runs once in either direction. Equal ones, by their lower end first, become neighbours.
+        let mut edges = Vec::with_capacity(3 * self.triangles.len());
+        let mut parts = Parts::new(welded.len());
+        for triangle in &self.triangles {
+            for corner in 0..3 {
+                let (from, to) = (triangle[corner], triangle[(corner + 1) % 3]);
+                let (Some(&from), Some(&to)) = (points.get(from as usize), points.get(to as usize))
+                else {
+                    return false;
+                };
+                parts.join(from, to);
+                edges.push((from.min(to), from.max(to), from < to));
+            }
+        }
+        edges.sort_unstable();
+        let matched = edges.chunks(2).all(|pair| match pair {
+            [a, b] => (a.0, a.1) == (b.0, b.1) && a.2 != b.2,
+            _ => false,
+        });
+        if edges.is_empty() || !matched {
+            return false;
+        }
+        // Outward: each part has a volume that is not negative.
+        let center = self.center();
+        let mut volumes: HashMap<u32, f64> = HashMap::new();
+        for (triangle, [a, b, c]) in self.triangles.iter().zip(self.corners()) {
+            let part = parts.of(points[triangle[0] as usize]);
+            let six = (a - center).dot((b - center).cross(c - center));
+            *volumes.entry(part).or_default() += six;
+        }
+        volumes.values().all(|&volume| volume > 0.0)
+    }
+
     /// Removes triangles without area and then the vertices that nothing refers to, so
     /// that bounds and fits see only what is drawn. Returns how many triangles went.
     pub fn drop_degenerate(&mut self) -> usize {
@@ -162,6 +209,31 @@ impl Mesh {
     }
 }
 
+/// Which points hang together: each points to another of its part, and one of them to itself.
+struct Parts(Vec<u32>);
+
+impl Parts {
+    fn new(points: usize) -> Self {
+        Parts((0..points as u32).collect())
+    }
+
+    /// The one that stands for the part of `point`.
+    fn of(&mut self, mut point: u32) -> u32 {
+        while self.0[point as usize] != point {
+            // Shortens the way for the next.
+            let next = self.0[self.0[point as usize] as usize];
+            self.0[point as usize] = next;
+            point = next;
+        }
+        point
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.0[a as usize] = b;
+    }
+}
+
 fn corners(positions: &[DVec3], triangle: &[u32; 3]) -> Option<[DVec3; 3]> {
     let at = |index: u32| positions.get(index as usize).copied();
     Some([at(triangle[0])?, at(triangle[1])?, at(triangle[2])?])
@@ -213,6 +285,57 @@ mod tests {
             .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
             .collect();
         mesh(&positions, &triangles)
+    }
+
+    #[test]
+    fn a_solid_is_closed_and_outward() {
+        assert!(cube().is_solid());
+        let changed = |change: &dyn Fn(&mut Mesh)| {
+            let mut mesh = cube();
+            change(&mut mesh);
+            mesh.is_solid()
+        };
+        // A seam: vertices of their own at one position.
+        assert!(changed(&|m| {
+            m.positions.extend(m.positions.clone());
+            m.triangles[3..].iter_mut().flatten().for_each(|i| *i += 8);
+        }));
+        // A hole, a face turned over, a face twice, a loose triangle.
+        assert!(!changed(&|m| {
+            m.triangles.pop();
+        }));
+        assert!(!changed(&|m| m.triangles[5].swap(0, 1)));
+        assert!(!changed(&|m| m.triangles.push(m.triangles[0])));
+        assert!(!changed(&|m| {
+            let [a, b, c] = m.triangles[0];
+            m.triangles.extend([[a, b, c], [c, b, a]]);
+        }));
+        // Inside out, and a second part that is: a hollow.
+        assert!(!changed(&|m| m
+            .triangles
+            .iter_mut()
+            .for_each(|t| t.swap(0, 1))));
+        let twice = |turned: bool| {
+            changed(&|m| {
+                m.positions
+                    .extend(cube().positions.iter().map(|p| *p * 0.5));
+                let second = cube().triangles.into_iter().map(|t| t.map(|i| i + 8));
+                m.triangles.extend(second.map(
+                    |[a, b, c]| {
+                        if turned { [b, a, c] } else { [a, b, c] }
+                    },
+                ));
+            })
+        };
+        assert!(twice(false));
+        assert!(!twice(true));
+        // A sheet with two faces is closed, and holds nothing.
+        let sheet = mesh(
+            &[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]],
+            &[[0, 1, 2], [0, 2, 1]],
+        );
+        assert!(!sheet.is_solid());
+        assert!(!Mesh::default().is_solid());
     }
 
     #[test]

@@ -61,6 +61,7 @@ fn options(validation: bool) -> Options {
         validation,
         measure: false,
         memory_limit: None,
+        redraw_light: false,
     }
 }
 

@@ -4,15 +4,18 @@
 #include "shared.glsl"
 #include "fetch.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 1, rgba32f) uniform readonly image2D radiance;
-layout(binding = 2, rgba32f) uniform image2D mean;
-layout(binding = 3, rgba8) uniform writeonly image2D display;
+layout(binding = 1) uniform sampler2D radiance;
+// The mean of the frames before this one. Frames take turns with two images: none reads what it writes.
+layout(binding = 2) uniform sampler2D mean;
 
-// Whether the mean is encoded: only what is shown needs it.
-layout(constant_id = 0) const bool ENCODE = true;
+layout(location = 0) out vec4 out_mean;
+// Only what is shown needs the encoding.
+#ifdef ENCODE
+layout(location = 1) out vec4 out_display;
+#endif
+
 // Whether more frames than one are averaged: one alone has no mean before it to read.
-layout(constant_id = 1) const bool HISTORY = true;
+layout(constant_id = 0) const bool HISTORY = true;
 
 // Identity up to 0.8, then a shoulder that reaches 1 with a continuous slope.
 vec3 tone_map(vec3 x) {
@@ -25,22 +28,19 @@ vec3 encode_srgb(vec3 x) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = imageSize(mean);
-    if (pixel.x >= size.x || pixel.y >= size.y) return;
-
-    vec4 value = FETCH_IMAGE(radiance, pixel);
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 value = FETCH_TEXEL(radiance, pixel);
     if (HISTORY) {
-        // The first frame overwrites: the image starts undefined, and undefined * 0 may be NaN.
+        // The first frame has none before it, and what it would read is undefined: undefined * 0 may be NaN.
         if (frame.sequence.z < 1.0) {
-            vec4 old = FETCH_IMAGE(mean, pixel);
+            vec4 old = FETCH_TEXEL(mean, pixel);
             value = old + (value - old) * frame.sequence.z;
         }
     }
-    imageStore(mean, pixel, value);
+    out_mean = value;
     STORE_COUNTS(pixel, false);
-    if (!ENCODE) return;
 
+#ifdef ENCODE
     // Radiance is premultiplied by coverage; the PNG's alpha is straight.
     float alpha = value.a;
     vec3 color = tone_map(max(vec3(0.0), value.rgb * frame.z_v.w) / max(alpha, 1e-6));
@@ -48,5 +48,6 @@ void main() {
         color = mix(frame.background.rgb, color, alpha);
         alpha = 1.0;
     }
-    imageStore(display, pixel, vec4(encode_srgb(clamp(color, 0.0, 1.0)), alpha));
+    out_display = vec4(encode_srgb(clamp(color, 0.0, 1.0)), alpha);
+#endif
 }
