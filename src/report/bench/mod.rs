@@ -1,10 +1,12 @@
 //! Times: of whole frames over a matrix of cases ([`Run`], `marmor bench`), and of
 //! alternatives side by side ([`reduce`], `marmor bench reduce`).
 
+pub mod baseline;
 pub mod csv;
 pub mod reduce;
 pub mod table;
 
+pub use baseline::{Comparison, compare};
 pub use reduce::{Bench, Row, rows};
 
 use super::{Error, Output};
