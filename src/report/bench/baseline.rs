@@ -381,7 +381,7 @@ impl Comparison {
             _ => format!("{count} {what}s"),
         };
         format!(
-            "{}, {} in {}",
+            "{}, {} among {} compared",
             some(self.regressions().len(), "regression"),
             some(self.improvements().len(), "improvement"),
             some(self.ratios.len(), "time")
@@ -519,7 +519,7 @@ mod tests {
         assert!(
             comparison
                 .table()
-                .contains("no regression, no improvement in")
+                .contains("no regression, no improvement among")
         );
     }
 
@@ -539,7 +539,7 @@ mod tests {
         let line = table.lines().find(|line| line.ends_with("SLOWER"));
         assert!(line.expect("a line").contains(name), "{table}");
         assert!(
-            table.contains("3 regressions, no improvement in"),
+            table.contains("3 regressions, no improvement among"),
             "{table}"
         );
         assert!(table.lines().all(|line| line.chars().count() <= WIDTH));

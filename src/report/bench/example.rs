@@ -86,7 +86,7 @@ fn case(numbers: &mut Numbers, make: Make<'_>) -> Case {
             time: spread(numbers, time, 0.04, 60),
             fetches,
             bytes: fetches * 64.0,
-            floor: (fetches > 0.0).then(|| fetches * cost),
+            floor: (fetches > 0.0).then_some(fetches * cost),
             invocations: (pass == "shade").then_some(pixels as u64),
         })
         .collect();

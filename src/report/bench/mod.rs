@@ -177,6 +177,8 @@ pub const COVERED_PIXELS: &str = "covered pixels";
 pub const FETCHES: &str = "fetches";
 /// Abscissas: triangles of the mesh.
 pub const TRIANGLES: &str = "triangles";
+/// Abscissas: texels of the light map.
+pub const LIGHT_MAP_TEXELS: &str = "light map texels";
 
 impl Run {
     /// Reads a run that [`Run::write`] wrote. Pictures are not in it.
@@ -301,14 +303,15 @@ impl Case {
         self.multiple.split('(').next().unwrap_or_default().trim()
     }
 
-    /// What a fit or plot has along its horizontal axis: [`COVERED_PIXELS`], [`FETCHES`] or
-    /// [`TRIANGLES`]. None for another name.
+    /// What a fit or plot has along its horizontal axis: [`COVERED_PIXELS`], [`FETCHES`],
+    /// [`TRIANGLES`] or [`LIGHT_MAP_TEXELS`]. None for another name.
     pub fn x(&self, name: &str) -> Option<f64> {
         let [width, height] = self.size.map(f64::from);
         match name {
             COVERED_PIXELS => Some(self.covered * width * height),
             FETCHES => Some(f64::from(self.fetches)),
             TRIANGLES => Some(self.triangles as f64),
+            LIGHT_MAP_TEXELS => Some(f64::from(self.light_map).powi(2)),
             _ => None,
         }
     }
@@ -418,7 +421,7 @@ impl Fit {
 
     /// The fit in words, without its method: `shade: 0.42 ms + 12.3 ns per covered pixel`.
     pub fn words(&self) -> String {
-        let r2 = format!("R² {:.3}", self.r2);
+        let r2 = format!("R² {:.4}", self.r2);
         let pass = &self.pass;
         match self.exponent {
             Some(exponent) => format!("{pass}: grows as {}^{exponent:.2} ({r2})", self.x),
@@ -428,6 +431,7 @@ impl Fit {
                     FETCHES => "fetch a pixel",
                     COVERED_PIXELS => "covered pixel",
                     TRIANGLES => "triangle",
+                    LIGHT_MAP_TEXELS => "texel of the light map",
                     other => other,
                 };
                 let intercept = digits(self.intercept);
@@ -435,6 +439,37 @@ impl Fit {
             }
         }
     }
+}
+
+/// The fits in sentences: lines, each with the exponent of the power law beside it, where
+/// both were fitted to the same times.
+fn fits_in_words<'a>(fits: impl IntoIterator<Item = &'a Fit>) -> Vec<String> {
+    let fits: Vec<&Fit> = fits.into_iter().collect();
+    let same = |a: &Fit, b: &Fit| {
+        [&a.group, &a.method, &a.x, &a.pass] == [&b.group, &b.method, &b.x, &b.pass]
+    };
+    let line = |fit: &&&Fit| fit.exponent.is_none();
+    let law = |fit: &Fit| {
+        fits.iter()
+            .find(|law| same(fit, law) && law.exponent.is_some())
+    };
+    let lines = fits.iter().filter(line).map(|fit| {
+        let words = format!("{}, {}", fit.method, fit.words());
+        match law(fit).and_then(|law| law.exponent) {
+            Some(exponent) => format!("{words}; grows as {}^{exponent:.2}.", fit.x),
+            None => format!("{words}."),
+        }
+    });
+    let alone = |fit: &&&Fit| {
+        !line(fit)
+            && !fits
+                .iter()
+                .any(|line| line.exponent.is_none() && same(fit, line))
+    };
+    let laws = fits.iter().filter(alone);
+    lines
+        .chain(laws.map(|fit| format!("{}, {}.", fit.method, fit.words())))
+        .collect()
 }
 
 /// A line by least squares.
@@ -486,7 +521,7 @@ fn per_unit(milliseconds: f64) -> String {
     let size = milliseconds.abs();
     if size >= 0.1 || size == 0.0 {
         format!("{} ms", digits(milliseconds))
-    } else if size >= 1e-4 {
+    } else if size >= 0.9995e-3 {
         format!("{} µs", digits(milliseconds * 1e3))
     } else {
         format!("{} ns", digits(milliseconds * 1e6))
@@ -535,7 +570,7 @@ fn grouped(value: u64) -> String {
     let plain = value.to_string();
     let mut text = String::new();
     for (index, digit) in plain.chars().enumerate() {
-        if index > 0 && (plain.len() - index) % 3 == 0 {
+        if index > 0 && (plain.len() - index).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
@@ -615,12 +650,30 @@ mod tests {
         .expect("a line");
         assert_eq!(
             fit.words(),
-            "shade: 0.500 ms + 12.0 ns per covered pixel (R² 1.000)"
+            "shade: 0.500 ms + 12.0 ns per covered pixel (R² 1.0000)"
         );
         fit.exponent = Some(0.97);
         assert_eq!(
             fit.words(),
-            "shade: grows as covered pixels^0.97 (R² 1.000)"
+            "shade: grows as covered pixels^0.97 (R² 1.0000)"
+        );
+    }
+
+    #[test]
+    fn a_line_and_a_law_of_the_same_times_are_one_sentence() {
+        let points = [(1.0, 1.0), (2.0, 2.0), (4.0, 4.0)];
+        let line = Fit::linear("g", "m", TRIANGLES, FRAME, &points).expect("a line");
+        let law = Fit::power("g", "m", TRIANGLES, FRAME, &points).expect("a law");
+        let other = Fit {
+            method: "n".to_owned(),
+            ..law.clone()
+        };
+        assert_eq!(
+            fits_in_words([&law, &line, &other]),
+            [
+                "m, frame: 0.000 ms + 1.00 ms per triangle (R² 1.0000); grows as triangles^1.00.",
+                "n, frame: grows as triangles^1.00 (R² 1.0000).",
+            ]
         );
     }
 
@@ -684,7 +737,10 @@ mod tests {
         );
         assert_eq!([count(2.0e6), count(999_999.0)], ["2.00 M", "1.00 M"]);
         assert_eq!([grouped(0), grouped(1_234_567)], ["0", "1,234,567"]);
-        assert_eq!([per_unit(0.25), per_unit(0.025)], ["0.250 ms", "25.0 µs"]);
+        assert_eq!(
+            [per_unit(0.25), per_unit(0.025), per_unit(2.5e-4)],
+            ["0.250 ms", "25.0 µs", "250 ns"]
+        );
     }
 
     #[test]

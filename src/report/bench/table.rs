@@ -1,6 +1,6 @@
 //! A run as plain text, at most [`WIDTH`] columns wide.
 
-use super::{Case, Pass, Run, Spread, count, digits, error, grouped};
+use super::{Case, Pass, Run, Spread, count, digits, error, fits_in_words, grouped};
 
 /// Columns that a line has at most, so that it fits beside another window.
 pub const WIDTH: usize = 100;
@@ -13,7 +13,7 @@ impl Run {
     pub fn table(&self) -> String {
         let mut lines = self.head();
         lines.push(String::new());
-        lines.extend(self.costs());
+        lines.extend(self.cost_lines());
         lines.push(String::new());
         lines.extend(wrap("", LEGEND));
         for (group, cases) in self.groups() {
@@ -77,7 +77,7 @@ impl Run {
         )
     }
 
-    fn costs(&self) -> Vec<String> {
+    fn cost_lines(&self) -> Vec<String> {
         if self.costs.is_empty() {
             return vec!["what a fetch costs was not measured".to_owned()];
         }
@@ -126,9 +126,9 @@ impl Run {
         for case in cases {
             lines.extend(case_lines(case));
         }
-        for fit in self.fits.iter().filter(|fit| fit.group == group) {
-            let text = format!("{}, {}", fit.method, fit.words());
-            lines.extend(wrap("  fit: ", &text));
+        let fits = self.fits.iter().filter(|fit| fit.group == group);
+        for words in fits_in_words(fits) {
+            lines.extend(wrap("  fit: ", &words));
         }
         lines
     }
