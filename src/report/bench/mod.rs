@@ -3,8 +3,11 @@
 
 pub mod baseline;
 pub mod csv;
+pub mod html;
+pub mod plot;
 pub mod reduce;
 pub mod table;
+mod words;
 
 pub use baseline::{Comparison, compare};
 pub use reduce::{Bench, Row, rows};
