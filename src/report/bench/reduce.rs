@@ -1,6 +1,6 @@
-//! Times of alternatives side by side: `marmor bench`.
+//! Times of alternatives side by side: `marmor bench reduce`.
 
-use super::{Error, Output};
+use crate::report::{Error, Output};
 use serde::Serialize;
 use std::io::Write as _;
 
@@ -71,7 +71,7 @@ pub fn rows(times: Vec<(String, Vec<f64>)>, reference: &str) -> Vec<Row> {
 }
 
 /// The quantile `q` of sorted values, between neighbours in proportion; 0 of none.
-fn quantile(sorted: &[f64], q: f64) -> f64 {
+pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let place = q * sorted.len().saturating_sub(1) as f64;
     let at = |k: f64| sorted.get(k as usize).copied().unwrap_or(0.0);
     let (low, high) = (at(place.floor()), at(place.ceil()));
