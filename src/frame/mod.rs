@@ -298,7 +298,8 @@ impl Renderer {
             .as_ref()
             .map(|light| VolumePass::new(device, &map.moments, light))
             .transpose()?;
-        let view = ViewPass::new(device, &uniforms, &camera)?;
+        let solid = mesh.is_solid_from(plan.scene.camera.eye);
+        let view = ViewPass::new(device, &uniforms, &camera, solid)?;
         let shade = ShadePass::new(
             device,
             &uniforms,

@@ -158,8 +158,14 @@ pub struct ViewPass {
 }
 
 impl ViewPass {
-    /// Prepares the draws for `pass`, with one uniform buffer a frame slot.
-    pub fn new(device: &Arc<Device>, uniforms: &[Buffer], pass: &RenderPass) -> gpu::Result<Self> {
+    /// Prepares the draws for `pass`, with one uniform buffer a frame slot, of a mesh that is
+    /// [solid](crate::scene::Mesh::is_solid_from) or not.
+    pub fn new(
+        device: &Arc<Device>,
+        uniforms: &[Buffer],
+        pass: &RenderPass,
+        solid: bool,
+    ) -> gpu::Result<Self> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let bindings: Vec<_> = uniforms.iter().map(|u| vec![Binding::Uniform(u)]).collect();
         let sets = DescriptorSets::new(device, "view", stages, &bindings)?;
@@ -167,8 +173,14 @@ impl ViewPass {
             vertex: &shaders::VIEW_VERT,
             fragment: Some(&shaders::VIEW_FRAG),
             vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
-            // None: an open sheet is seen from both sides.
-            cull: vk::CullModeFlags::NONE,
+            // An open sheet is seen from both sides. A solid's back face is seen only at a silhouette, where the
+            // grid that vertices are snapped to may bring it before the front face that it meets there: a
+            // pixel as dark as the far side.
+            cull: if solid {
+                vk::CullModeFlags::BACK
+            } else {
+                vk::CullModeFlags::NONE
+            },
             front: vk::FrontFace::COUNTER_CLOCKWISE,
             depth: (vk::CompareOp::LESS, true),
             colors: 1,

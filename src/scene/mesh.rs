@@ -1,7 +1,7 @@
 //! Triangle meshes.
 
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// An indexed triangle mesh, in mm.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,6 +60,51 @@ impl Mesh {
         self.triangles
             .iter()
             .filter_map(|triangle| corners(&self.positions, triangle))
+    }
+
+    /// Whether the triangles enclose solids: every edge is used once in either direction, and every piece
+    /// has its outside out. Vertices at one position count as one, so that texture seams are no
+    /// openings.
+    pub fn encloses(&self) -> bool {
+        let mut welded = HashMap::with_capacity(self.positions.len());
+        let mut next = 0_usize;
+        let mut edges = HashSet::with_capacity(3 * self.triangles.len());
+        // Each vertex leads to another of its piece, and in the end to the one that stands for the piece.
+        let mut pieces: Vec<usize> = Vec::with_capacity(self.positions.len());
+        let mut volumes = Vec::with_capacity(self.triangles.len());
+        for corners in self.corners() {
+            let [a, b, c] = corners.map(|p| {
+                *welded.entry(weld_key(p)).or_insert_with(|| {
+                    pieces.push(next);
+                    next += 1;
+                    next - 1
+                })
+            });
+            if ![(a, b), (b, c), (c, a)]
+                .into_iter()
+                .all(|edge| edges.insert(edge))
+            {
+                return false;
+            }
+            for other in [b, c] {
+                let (from, to) = (root(&mut pieces, other), root(&mut pieces, a));
+                pieces[from] = to;
+            }
+            // Of the tetrahedron to the origin, six times.
+            volumes.push((a, corners[0].dot(corners[1].cross(corners[2]))));
+        }
+        let mut sums = vec![0.0; pieces.len()];
+        for (vertex, volume) in volumes {
+            sums[root(&mut pieces, vertex)] += volume;
+        }
+        edges.iter().all(|&(a, b)| edges.contains(&(b, a)))
+            && (0..pieces.len()).all(|i| pieces[i] != i || sums[i] > 0.0)
+    }
+
+    /// Whether from `eye` each back face lies behind a front face: the mesh encloses solids, and `eye` is
+    /// outside the sphere around it, so that no near plane opens them.
+    pub fn is_solid_from(&self, eye: DVec3) -> bool {
+        eye.distance(self.center()) > self.bounding_radius() && self.encloses()
     }
 
     /// Removes triangles without area and then the vertices that nothing refers to, so
@@ -165,6 +210,15 @@ impl Mesh {
 fn corners(positions: &[DVec3], triangle: &[u32; 3]) -> Option<[DVec3; 3]> {
     let at = |index: u32| positions.get(index as usize).copied();
     Some([at(triangle[0])?, at(triangle[1])?, at(triangle[2])?])
+}
+
+/// The vertex that stands for the piece of vertex `i`; the way to it is halved.
+fn root(pieces: &mut [usize], mut i: usize) -> usize {
+    while pieces[i] != i {
+        pieces[i] = pieces[pieces[i]];
+        i = pieces[i];
+    }
+    i
 }
 
 fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
@@ -292,6 +346,43 @@ mod tests {
             m.bounding_box(),
             Some((DVec3::ZERO, DVec3::new(1., 1., 0.)))
         );
+    }
+
+    #[test]
+    fn a_solid_encloses_and_nothing_else_does() {
+        let solid = cube();
+        assert!(solid.encloses());
+        assert!(solid.is_solid_from(DVec3::X * 2.0) && !solid.is_solid_from(DVec3::X * 1.5));
+        // A seam: one triangle with vertices of its own.
+        let mut seam = cube();
+        let own: Vec<DVec3> = seam.triangles[3].map(|i| seam.positions[i as usize]).into();
+        seam.positions.extend(own);
+        seam.triangles[3] = [8, 9, 10];
+        assert!(seam.encloses());
+        // Two pieces, and one of them with its inside out.
+        let two = |flip: bool| {
+            let mut two = cube();
+            let other = cube();
+            two.positions
+                .extend(other.positions.iter().map(|&p| p + DVec3::X * 5.0));
+            two.triangles
+                .extend(other.triangles.iter().map(|&[a, b, c]| {
+                    let [b, c] = if flip { [c, b] } else { [b, c] };
+                    [a + 8, b + 8, c + 8]
+                }));
+            two
+        };
+        assert!(two(false).encloses());
+        assert!(!two(true).encloses());
+        let mut open = cube();
+        open.triangles.pop();
+        assert!(!open.encloses());
+        let mut turned = cube();
+        turned.triangles[5].swap(0, 1);
+        assert!(!turned.encloses());
+        let sheet = [[0, 1, 2], [0, 2, 1]];
+        let sheet = mesh(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], &sheet);
+        assert!(!sheet.encloses(), "both sides of a sheet enclose nothing");
     }
 
     #[test]
