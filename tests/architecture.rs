@@ -85,7 +85,7 @@ fn layers_import_downwards_only() {
             "frame",
             &["frame", "gpu", "scene", "optics", "ledger", "cpu"],
         ),
-        ("report", &["report", "scene"]),
+        ("report", &["report", "scene", "ledger"]),
         (
             "cli",
             &[

@@ -24,7 +24,8 @@ pub struct GBuffer {
     pub back_normal: Vec<DVec3>,
 }
 
-/// Draws the geometry buffer of `mesh` as `view` sees it, in `width` x `height` pixels.
+/// Draws the geometry buffer of `mesh` as `view` sees it, in `width` x `height` pixels: of a solid
+/// ([`Mesh::is_solid_from`]) the front faces, else every face.
 ///
 /// `view` must have been made for that picture size.
 pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize) -> GBuffer {
@@ -33,7 +34,13 @@ pub fn draw(mesh: &Mesh, view: &View, width: usize, height: usize) -> GBuffer {
         .iter()
         .map(|p| view.view_proj * p.extend(1.0))
         .collect();
-    let nearest = raster::rasterise(&clip, &mesh.triangles, width, height, Cull::None);
+    // An open sheet is seen from both sides; of a solid back faces are seen by rounding alone.
+    let cull = if mesh.is_solid_from(view.eye) {
+        Cull::Back
+    } else {
+        Cull::None
+    };
+    let nearest = raster::rasterise(&clip, &mesh.triangles, width, height, cull);
     let back = raster::rasterise(&clip, &mesh.triangles, width, height, Cull::Front);
     let normal = nearest
         .par_iter()

@@ -77,9 +77,6 @@ const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 /// map, which is the least that a submit of `exact` sums? Lavapipe takes about 0.1 s for them.
 const EXACT_PAIRS: u64 = 1 << 24;
 
-/// How far from the middle, in radii of the mesh, does a camera surely see no back face through the near plane?
-const OUTSIDE: f64 = 1.1;
-
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
 const PASSES: [(&str, &CStr); 10] = [
     ("light", c"light"),
@@ -298,8 +295,6 @@ impl Renderer {
         // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
         // as the others.
         let solid = mesh.is_solid();
-        let eye = plan.view_at(center, radius, 0).eye;
-        let outside = eye.length() > OUTSIDE * radius;
         let light = LightPass::new(device, &uniforms, &map, solid)?;
         let reduce = map
             .pyramid
@@ -314,7 +309,8 @@ impl Renderer {
             .as_ref()
             .map(|light| VolumePass::new(device, &map.moments, light, build))
             .transpose()?;
-        let view = ViewPass::new(device, &uniforms, &camera, solid && outside)?;
+        let solid = mesh.is_solid_from(plan.scene.camera.eye);
+        let view = ViewPass::new(device, &uniforms, &camera, solid)?;
         let shade = ShadePass::new(
             device,
             &uniforms,

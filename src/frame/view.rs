@@ -158,8 +158,8 @@ pub struct ViewPass {
 }
 
 impl ViewPass {
-    /// Prepares the draws for `pass`, with one uniform buffer a frame slot; of a `solid`, which is seen
-    /// from outside, the view draws front faces alone.
+    /// Prepares the draws for `pass`, with one uniform buffer a frame slot, of a mesh that is
+    /// [solid](crate::scene::Mesh::is_solid_from) or not.
     pub fn new(
         device: &Arc<Device>,
         uniforms: &[Buffer],
@@ -173,10 +173,13 @@ impl ViewPass {
             vertex: &shaders::VIEW_VERT,
             fragment: Some(&shaders::VIEW_FRAG),
             vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
-            // An open sheet is seen from both sides.
-            cull: match solid {
-                true => vk::CullModeFlags::BACK,
-                false => vk::CullModeFlags::NONE,
+            // An open sheet is seen from both sides. A solid's back face is seen only at a silhouette, where the
+            // grid that vertices are snapped to may bring it before the front face that it meets there: a
+            // pixel as dark as the far side.
+            cull: if solid {
+                vk::CullModeFlags::BACK
+            } else {
+                vk::CullModeFlags::NONE
             },
             front: vk::FrontFace::COUNTER_CLOCKWISE,
             depth: (vk::CompareOp::LESS, true),

@@ -21,6 +21,9 @@ pub struct Mesh {
 /// from a triangle that someone meant.
 const DEGENERATE: f64 = 1e-10;
 
+/// How far from the middle, in radii, does a camera surely see no back face through its near plane?
+const OUTSIDE: f64 = 1.1;
+
 impl Mesh {
     /// The corners of the axis-aligned bounding box, mm; none without vertices.
     pub fn bounding_box(&self) -> Option<(DVec3, DVec3)> {
@@ -107,6 +110,12 @@ impl Mesh {
             *volumes.entry(part).or_default() += six;
         }
         volumes.values().all(|&volume| volume > 0.0)
+    }
+
+    /// Whether from `eye` each back face lies behind a front face: the mesh encloses solids, and `eye` is
+    /// outside the sphere around it, so that no near plane opens them.
+    pub fn is_solid_from(&self, eye: DVec3) -> bool {
+        eye.distance(self.center()) > OUTSIDE * self.bounding_radius() && self.is_solid()
     }
 
     /// Removes triangles without area and then the vertices that nothing refers to, so
@@ -415,6 +424,17 @@ mod tests {
             m.bounding_box(),
             Some((DVec3::ZERO, DVec3::new(1., 1., 0.)))
         );
+    }
+
+    #[test]
+    fn a_solid_is_one_from_outside_alone() {
+        let solid = cube();
+        let outside = DVec3::X * (1.01 * OUTSIDE * 3f64.sqrt());
+        assert!(solid.is_solid_from(outside));
+        assert!(!solid.is_solid_from(outside * 0.95));
+        let mut open = cube();
+        open.triangles.pop();
+        assert!(!open.is_solid_from(outside));
     }
 
     #[test]
