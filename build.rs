@@ -28,6 +28,12 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("boxes.comp", "", &[]),
     ("boxes_shared.comp", "", &[]),
     ("exact.comp", "", &[]),
+    ("probe.frag", "", &[]),
+    ("probe.frag", "texel", &["TEXEL"]),
+    ("probe.frag", "gather", &["GATHER"]),
+    ("probe.frag", "volume", &["VOLUME"]),
+    ("probe.frag", "storage", &["STORAGE"]),
+    ("probe.frag", "storage scalar", &["STORAGE_SCALAR"]),
     ("resolve.frag", "", &[]),
     ("resolve.frag", "encode", &["ENCODE"]),
 ];

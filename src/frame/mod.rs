@@ -12,6 +12,7 @@ mod fetches;
 mod geometry;
 mod light;
 pub mod measure;
+mod probe;
 mod reduce;
 mod resolve;
 mod run;

@@ -8,7 +8,7 @@ use ash::vk;
 
 use super::fetches::Build;
 use super::shaders;
-use super::targets::Canvas;
+use super::targets::{Canvas, overwriting_pass};
 use crate::gpu::{
     self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, RenderPass,
     Sampler, Shader,
@@ -60,8 +60,9 @@ impl ResolvePass {
         };
         let sets = [of(second)?, of(first)?];
         let onto = |mean| {
-            let accumulate = render_pass(device, "accumulate", &[mean])?;
-            let encode = render_pass(device, "accumulate and encode", &[mean, &canvas.display])?;
+            let accumulate = overwriting_pass(device, "accumulate", &[mean])?;
+            let encode =
+                overwriting_pass(device, "accumulate and encode", &[mean, &canvas.display])?;
             Ok::<_, gpu::Error>([accumulate, encode])
         };
         let targets = [onto(first)?, onto(second)?];
@@ -107,38 +108,4 @@ pub fn shader(encode: bool) -> &'static Shader {
         false => &shaders::RESOLVE_FRAG,
         true => &shaders::RESOLVE_FRAG_ENCODE,
     }
-}
-
-/// A pass that writes every pixel of `images`, whatever they held.
-fn render_pass(
-    device: &Arc<Device>,
-    name: &str,
-    images: &[&gpu::Image],
-) -> gpu::Result<RenderPass> {
-    let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-    let attachments: Vec<_> = images
-        .iter()
-        .map(|image| {
-            vk::AttachmentDescription::default()
-                .format(image.format())
-                .samples(vk::SampleCountFlags::TYPE_1)
-                .load_op(vk::AttachmentLoadOp::DONT_CARE)
-                .store_op(vk::AttachmentStoreOp::STORE)
-                .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-                .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-                // The same before and after: transitions are barriers on the frame's page.
-                .initial_layout(layout)
-                .final_layout(layout)
-        })
-        .collect();
-    let colors: Vec<_> = (0..images.len() as u32)
-        .map(|attachment| vk::AttachmentReference { attachment, layout })
-        .collect();
-    let subpasses = [vk::SubpassDescription::default()
-        .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
-        .color_attachments(&colors)];
-    let info = vk::RenderPassCreateInfo::default()
-        .attachments(&attachments)
-        .subpasses(&subpasses);
-    RenderPass::new(device, name, &info, images)
 }

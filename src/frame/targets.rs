@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use std::ops::RangeInclusive;
 
-use ash::vk::{Format, ImageUsageFlags as U};
+use ash::vk::{self, Format, ImageUsageFlags as U};
 
-use crate::gpu::{self, Buffer, Device, Image, ImageDesc, Location, Use, submit};
+use crate::gpu::{self, Buffer, Device, Image, ImageDesc, Location, RenderPass, Use, submit};
 use crate::scene::pyramid::Atlas;
 use crate::scene::volume::Volumes;
 
@@ -301,4 +301,38 @@ impl Canvas {
             display: image("display", Format::R8G8B8A8_UNORM, U::empty())?,
         })
     }
+}
+
+/// A pass that writes every pixel of `images`, whatever they held.
+pub fn overwriting_pass(
+    device: &Arc<Device>,
+    name: &str,
+    images: &[&Image],
+) -> gpu::Result<RenderPass> {
+    let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    let attachments: Vec<_> = images
+        .iter()
+        .map(|image| {
+            vk::AttachmentDescription::default()
+                .format(image.format())
+                .samples(vk::SampleCountFlags::TYPE_1)
+                .load_op(vk::AttachmentLoadOp::DONT_CARE)
+                .store_op(vk::AttachmentStoreOp::STORE)
+                .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+                .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+                // The same before and after: transitions are barriers on the frame's page.
+                .initial_layout(layout)
+                .final_layout(layout)
+        })
+        .collect();
+    let colors: Vec<_> = (0..images.len() as u32)
+        .map(|attachment| vk::AttachmentReference { attachment, layout })
+        .collect();
+    let subpasses = [vk::SubpassDescription::default()
+        .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
+        .color_attachments(&colors)];
+    let info = vk::RenderPassCreateInfo::default()
+        .attachments(&attachments)
+        .subpasses(&subpasses);
+    RenderPass::new(device, name, &info, images)
 }

@@ -5,9 +5,11 @@
 //! together. Reads of input attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
 //! writes with term [`TEXEL`], or [`BUFFER`] where it reads no texture; none of these counts as a fetch of a pixel.
 
+mod access;
 pub mod spirv;
 mod table;
 
+pub use access::Access;
 pub use table::{Counts, Ledger, Measured, Row, Stage, Subtotal};
 
 use crate::scene::{Exits, Multiple, Plan};
