@@ -25,11 +25,13 @@ vec3 encode_srgb(vec3 x) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 value = FETCH_TEXEL(radiance, pixel);
+    // The nearest texel to a texel's centre: on llvmpipe a sampler finds it faster than texelFetch.
+    vec2 pixel = gl_FragCoord.xy;
+    ivec2 size = textureSize(mean, 0);
+    vec4 value = FETCH_NEAREST(radiance, pixel, size);
     // The first frame has none before it, and what it would read is undefined: undefined * 0 may be NaN.
     if (frame.sequence.z < 1.0) {
-        vec4 old = FETCH_TEXEL(mean, pixel);
+        vec4 old = FETCH_NEAREST(mean, pixel, size);
         value = old + (value - old) * frame.sequence.z;
     }
     out_mean = value;

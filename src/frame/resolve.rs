@@ -32,7 +32,7 @@ impl ResolvePass {
     /// Prepares the pass over `canvas`.
     pub fn new(device: &Arc<Device>, uniforms: &[Buffer], canvas: &Canvas) -> gpu::Result<Self> {
         let border = vk::BorderColor::FLOAT_TRANSPARENT_BLACK;
-        let sampler = Sampler::new(device, "texels", vk::Filter::NEAREST, border, None)?;
+        let sampler = Sampler::new(device, "nearest", vk::Filter::NEAREST, border, None)?;
         let [first, second] = &canvas.means;
         let of = |old: &gpu::Image| {
             let bindings: Vec<_> = uniforms

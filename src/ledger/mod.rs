@@ -197,7 +197,7 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
     lines.push(line(
         "resolve",
         "other",
-        "radiance and mean, texel",
+        "radiance and mean, nearest",
         1 + history,
     ));
     lines
