@@ -28,17 +28,19 @@ vec3 encode_srgb(vec3 x) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 value = FETCH_TEXEL(radiance, pixel);
+    // The nearest texel to a texel's centre: on llvmpipe a sampler finds it faster than texelFetch.
+    vec2 pixel = gl_FragCoord.xy;
+    ivec2 size = textureSize(radiance, 0);
+    vec4 value = FETCH_NEAREST(radiance, pixel, size);
     if (HISTORY) {
         // The first frame has none before it, and what it would read is undefined: undefined * 0 may be NaN.
         if (frame.sequence.z < 1.0) {
-            vec4 old = FETCH_TEXEL(mean, pixel);
+            vec4 old = FETCH_NEAREST(mean, pixel, size);
             value = old + (value - old) * frame.sequence.z;
         }
     }
     out_mean = value;
-    STORE_COUNTS(pixel, false);
+    STORE_COUNTS(ivec2(pixel), false);
 
 #ifdef ENCODE
     // Radiance is premultiplied by coverage; the PNG's alpha is straight.

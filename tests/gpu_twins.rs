@@ -546,6 +546,7 @@ fn averaging_is_the_mean_of_the_frames() {
     };
     let mut plan = marble([60.0, 35.0], Multiple::Samples(8));
     plan.jitter = Jitter::All;
+    plan.frames_averaged = 3;
     let mut renderer = Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
     let mut mean = vec![[0.0; 4]; (SIZE[0] * SIZE[1]) as usize];
     for index in 0..3 {

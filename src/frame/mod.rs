@@ -399,8 +399,8 @@ impl Renderer {
         self.render_frames(0..self.plan.frames_averaged, progress)
     }
 
-    /// Renders and averages frames `range`, as [`Renderer::render`]. A frame depends only on
-    /// its number.
+    /// Renders and averages frames `range`, as [`Renderer::render`]: more than one only where the plan averages more
+    /// than one. A frame depends only on its number.
     ///
     /// # Errors
     /// As [`Renderer::render`].

@@ -39,7 +39,7 @@ impl ResolvePass {
         build: Build<'_>,
     ) -> gpu::Result<Self> {
         let border = vk::BorderColor::FLOAT_TRANSPARENT_BLACK;
-        let sampler = Sampler::new(device, "texels", vk::Filter::NEAREST, border, None)?;
+        let sampler = Sampler::new(device, "nearest", vk::Filter::NEAREST, border, None)?;
         let [first, second] = &canvas.means;
         let shader = |encode| build.shader(shader(encode));
         // Both read the same.

@@ -213,10 +213,10 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
         }
     }
     let resolve = ("resolve", "resolve.frag");
-    let what = "radiance, texel";
+    let what = "radiance, nearest";
     lines.push(line(resolve, "other", "radiance", what, 1));
     if plan.frames_averaged > 1 {
-        let what = "mean so far, texel";
+        let what = "mean so far, nearest";
         lines.push(line(resolve, "other", "mean", what, 1));
     }
     lines
