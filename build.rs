@@ -8,7 +8,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::{env, fs, thread};
+use std::{env, fs, process, thread};
 
 /// Every shader of the frame but those that shade: file, variant, and the macros that make the variant.
 const SHADERS: &[(&str, &str, &[&str])] = &[
@@ -105,6 +105,7 @@ fn run() -> Result<(), String> {
     let folder = Path::new("shaders");
     println!("cargo:rerun-if-changed=shaders");
     println!("cargo:rerun-if-changed=build.rs");
+    name_commit();
 
     let jobs = jobs();
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets no OUT_DIR")?);
@@ -147,6 +148,22 @@ fn run() -> Result<(), String> {
         .map_err(|e| e.to_string())?;
     }
     write(&out.join("shaders.rs"), table.as_bytes())
+}
+
+/// Names the commit for `marmor bench`, where this is a clone and git is there.
+fn name_commit() {
+    // Written whenever another commit is checked out or made. To watch what is not there would build each time anew.
+    let log = ".git/logs/HEAD";
+    if Path::new(log).exists() {
+        println!("cargo:rerun-if-changed={log}");
+    }
+    let git = process::Command::new("git")
+        .args(["describe", "--always", "--dirty"])
+        .output();
+    if let Some(output) = git.ok().filter(|output| output.status.success()) {
+        let commit = String::from_utf8_lossy(&output.stdout);
+        println!("cargo:rustc-env=MARMOR_COMMIT={}", commit.trim());
+    }
 }
 
 /// Every shader of the table.

@@ -7,12 +7,13 @@ mod alone;
 mod boxes;
 mod boxes_ways;
 mod capture;
+pub mod cases;
 mod exact;
 mod fetches;
 mod geometry;
 mod light;
 pub mod measure;
-mod probe;
+pub mod probe;
 mod reduce;
 mod resolve;
 mod run;
@@ -44,8 +45,8 @@ pub use fetches::{Shaders, stages};
 pub use run::{Counted, DeviceInfo, Error, Options, Picture, count, devices, open_device, render};
 
 use crate::gpu::{
-    self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Timestamps, Use, barrier,
-    submit,
+    self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Statistics, Timestamps,
+    Use, barrier, submit,
 };
 use crate::ledger::{EXACT_TEXELS, Filter};
 use crate::optics::sampling::r2;
@@ -86,7 +87,7 @@ const PASSES: [(&str, &CStr); 10] = [
     ("volume", c"volume"),
     ("back", c"back"),
     ("view", c"view"),
-    ("shade", c"shade"),
+    (SHADE_PASS, c"shade"),
     ("exact", c"exact"),
     ("resolve", c"resolve"),
     ("readback", c"readback"),
@@ -101,6 +102,12 @@ const SHADE: u32 = 6;
 const EXACT: u32 = 7;
 const RESOLVE: u32 = 8;
 const READBACK: u32 = 9;
+
+/// The passes that draw, and whose fragments can be counted.
+const DRAWS: [u32; 5] = [LIGHT, BACK, VIEW, SHADE, RESOLVE];
+
+/// The name of the pass that shades.
+const SHADE_PASS: &str = "shade";
 
 /// How far a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,6 +147,8 @@ pub struct Renderer {
     // Dropped first: a slot waits for the queue before anything it uses goes.
     slots: Vec<Slot>,
     stamps: Vec<Timestamps>,
+    // Only where it measures.
+    statistics: Vec<Statistics>,
     uniforms: Vec<Buffer>,
     geometry: Geometry,
     light: LightPass,
@@ -234,6 +243,12 @@ impl Renderer {
             .collect::<gpu::Result<Vec<_>>>()?;
         let stamps = (0..FRAMES_IN_FLIGHT)
             .map(|i| Timestamps::new(device, &format!("stamps {i}"), PASSES.len() as u32))
+            .collect::<gpu::Result<Vec<_>>>()?;
+        let statistics = (0..FRAMES_IN_FLIGHT)
+            .filter(|_| measure)
+            .filter_map(|i| {
+                Statistics::new(device, &format!("statistics {i}"), PASSES.len() as u32).transpose()
+            })
             .collect::<gpu::Result<Vec<_>>>()?;
         let uniforms = (0..FRAMES_IN_FLIGHT)
             .map(|i| {
@@ -337,6 +352,7 @@ impl Renderer {
             redraw_light: false,
             slots,
             stamps,
+            statistics,
             uniforms,
             geometry,
             light,
@@ -458,6 +474,9 @@ impl Renderer {
         let commands = self.slots[0].begin()?;
         for slot in 0..2 {
             self.stamps[slot].reset(commands);
+            if let Some(statistics) = self.statistics.get(slot) {
+                statistics.reset(commands);
+            }
             if self.draws_light(slot as u32) {
                 self.record_light(commands, slot);
             }
@@ -763,6 +782,9 @@ impl Renderer {
     fn start(&mut self, slot: usize) -> gpu::Result<vk::CommandBuffer> {
         let commands = self.slots[slot].begin()?;
         self.stamps[slot].reset(commands);
+        if let Some(statistics) = self.statistics.get(slot) {
+            statistics.reset(commands);
+        }
         Ok(commands)
     }
 
@@ -778,10 +800,16 @@ impl Renderer {
         self.device.begin_label(commands, PASSES[pass as usize].1);
         self.stamps[slot].start(commands, pass);
         self.drain(commands, pass);
+        if let Some(statistics) = self.statistics.get(slot).filter(|_| DRAWS.contains(&pass)) {
+            statistics.start(commands, pass);
+        }
     }
 
     /// Closes a pass.
     fn end(&self, commands: vk::CommandBuffer, slot: usize, pass: u32) {
+        if let Some(statistics) = self.statistics.get(slot).filter(|_| DRAWS.contains(&pass)) {
+            statistics.end(commands, pass);
+        }
         self.drain(commands, pass);
         self.stamps[slot].end(commands, pass);
         self.device.end_label(commands);
@@ -824,6 +852,17 @@ impl Renderer {
                 }
             })
             .collect()
+    }
+
+    /// How often the fragment shader of `pass` ran in the last frame; none where it does not measure, where the device
+    /// does not count, and of passes that dispatch.
+    pub fn invocations(&self, pass: &str) -> Option<u64> {
+        let pass = PASSES.iter().position(|(name, _)| *name == pass)? as u32;
+        let slot = self.frames.checked_sub(1)? as usize % FRAMES_IN_FLIGHT;
+        let statistics = self.statistics.get(slot)?;
+        DRAWS
+            .contains(&pass)
+            .then(|| statistics.invocations(pass))?
     }
 
     /// Linear RGBA radiance averaged over the frames, premultiplied by coverage, row-major.

@@ -290,7 +290,11 @@ pub fn count(
 }
 
 /// Refuses, before anything is allocated, what cannot fit.
-fn check_fit(options: &Options, plan: &Plan, candidate: &Candidate) -> Result<(), Error> {
+pub(super) fn check_fit(
+    options: &Options,
+    plan: &Plan,
+    candidate: &Candidate,
+) -> Result<(), Error> {
     let limits = &candidate.limits;
     let limit = limits
         .max_image_dimension2_d

@@ -38,6 +38,8 @@ pub struct Candidate {
     pub blit_float32: bool,
     /// Whether fragment shaders can store, which only the counting build wants.
     pub fragment_stores: bool,
+    /// Whether invocations of shaders can be counted.
+    pub statistics: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -230,6 +232,7 @@ impl Candidate {
             linear_floats: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
                 .iter()
                 .all(|&format| offers(format, F::SAMPLED_IMAGE_FILTER_LINEAR)),
+            statistics: features.pipeline_statistics_query == vk::TRUE,
             fragment_stores: features.fragment_stores_and_atomics == vk::TRUE,
             blit_float32: offers(vk::Format::R32G32B32A32_SFLOAT, F::BLIT_SRC | F::BLIT_DST),
             lacks,
@@ -275,7 +278,8 @@ impl Device {
             .any(|e| e.extension_name_as_c_str().is_ok_and(|name| name == subset));
         let extensions: &[_] = if layered { &[subset.as_ptr()] } else { &[] };
         let features = vk::PhysicalDeviceFeatures::default()
-            .fragment_stores_and_atomics(candidate.fragment_stores);
+            .fragment_stores_and_atomics(candidate.fragment_stores)
+            .pipeline_statistics_query(candidate.statistics);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queue)
             .enabled_features(&features)

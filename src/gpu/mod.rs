@@ -23,7 +23,7 @@ pub use image::{Image, ImageDesc, Sampler};
 pub use instance::Instance;
 pub use memory::{Buffer, Location};
 pub use pipeline::{ComputePipeline, GraphicsDesc, GraphicsPipeline, RenderPass, Shader};
-pub use query::Timestamps;
+pub use query::{Statistics, Timestamps};
 pub use submit::Slot;
 
 use ash::vk;

@@ -1,4 +1,4 @@
-//! Timestamps, a pair a pass.
+//! Timestamps, a pair a pass, and invocations of fragment shaders.
 
 use std::sync::Arc;
 
@@ -99,6 +99,90 @@ impl Timestamps {
 }
 
 impl Drop for Timestamps {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the device's last use before they drop the pool.
+        unsafe { self.device.raw.destroy_query_pool(self.raw, None) };
+    }
+}
+
+/// A pool of pipeline statistics for one frame slot: how often fragment shaders ran, where the device counts that.
+///
+/// Only of draws: on lavapipe a query of compute invocations crashes where no compute pipeline was bound before it, and
+/// how many invocations a dispatch has is known without.
+pub struct Statistics {
+    raw: vk::QueryPool,
+    queries: u32,
+    device: Arc<Device>,
+}
+
+impl Statistics {
+    /// Makes room for `queries`; none where the device does not count.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn new(device: &Arc<Device>, name: &str, queries: u32) -> super::Result<Option<Self>> {
+        if !device.candidate().statistics {
+            return Ok(None);
+        }
+        let info = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::PIPELINE_STATISTICS)
+            .pipeline_statistics(vk::QueryPipelineStatisticFlags::FRAGMENT_SHADER_INVOCATIONS)
+            .query_count(queries);
+        // SAFETY: the device is alive and has the feature.
+        let raw = check("vkCreateQueryPool", unsafe {
+            device.raw.create_query_pool(&info, None)
+        })?;
+        device.name(raw, name);
+        Ok(Some(Statistics {
+            raw,
+            queries,
+            device: Arc::clone(device),
+        }))
+    }
+
+    /// Forgets all counts; to be recorded before the first of a frame.
+    pub fn reset(&self, commands: vk::CommandBuffer) {
+        // SAFETY: `commands` is being recorded outside a render pass.
+        unsafe {
+            self.device
+                .raw
+                .cmd_reset_query_pool(commands, self.raw, 0, self.queries)
+        };
+    }
+
+    /// Starts query `query`; it must end in the same subpass, or outside a render pass if it starts there.
+    pub fn start(&self, commands: vk::CommandBuffer, query: u32) {
+        let flags = vk::QueryControlFlags::empty();
+        // SAFETY: `commands` is being recorded and the pool was reset before.
+        unsafe {
+            self.device
+                .raw
+                .cmd_begin_query(commands, self.raw, query, flags)
+        };
+    }
+
+    /// Ends query `query`.
+    pub fn end(&self, commands: vk::CommandBuffer, query: u32) {
+        // SAFETY: the query was started in the same command buffer.
+        unsafe { self.device.raw.cmd_end_query(commands, self.raw, query) };
+    }
+
+    /// The count of query `query`; none where it did not run. To be called once the frame's fence has signalled.
+    pub fn invocations(&self, query: u32) -> Option<u64> {
+        let mut data = [[0u64; 2]; 1];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
+        // SAFETY: the pool is alive and the query within it.
+        let result = unsafe {
+            self.device
+                .raw
+                .get_query_pool_results(self.raw, query, &mut data, flags)
+        };
+        let [[count, available]] = data;
+        (result.is_ok() && available != 0).then_some(count)
+    }
+}
+
+impl Drop for Statistics {
     fn drop(&mut self) {
         // SAFETY: owners wait for the device's last use before they drop the pool.
         unsafe { self.device.raw.destroy_query_pool(self.raw, None) };

@@ -117,7 +117,7 @@ impl Image {
 /// # Errors
 /// The pixels do not fill the size, or the disk does not take the file.
 pub fn write_png(output: &Output, size: [u32; 2], pixels: &[[u8; 4]]) -> Result<(), Error> {
-    fill(output, size, pixels.len())?;
+    fill(output.path().display(), size, pixels.len())?;
     output.write(|writer| {
         image::codecs::png::PngEncoder::new(writer).write_image(
             bytemuck::cast_slice(pixels),
@@ -128,12 +128,30 @@ pub fn write_png(output: &Output, size: [u32; 2], pixels: &[[u8; 4]]) -> Result<
     })
 }
 
+/// A PNG in memory: row-major 8-bit sRGB with straight alpha.
+///
+/// # Errors
+/// The pixels do not fill the size.
+pub fn encode_png(size: [u32; 2], pixels: &[[u8; 4]]) -> Result<Vec<u8>, Error> {
+    fill("a picture in memory", size, pixels.len())?;
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes)
+        .write_image(
+            bytemuck::cast_slice(pixels),
+            size[0],
+            size[1],
+            ExtendedColorType::Rgba8,
+        )
+        .map_err(|error| Error::of("a picture in memory", error.to_string()))?;
+    Ok(bytes)
+}
+
 /// Writes an EXR: row-major linear f32 with premultiplied alpha.
 ///
 /// # Errors
 /// The pixels do not fill the size, or the disk does not take the file.
 pub fn write_exr(output: &Output, size: [u32; 2], pixels: &[[f32; 4]]) -> Result<(), Error> {
-    fill(output, size, pixels.len())?;
+    fill(output.path().display(), size, pixels.len())?;
     output.write(|writer| {
         image::codecs::openexr::OpenExrEncoder::new(writer).write_image(
             bytemuck::cast_slice(pixels),
@@ -145,12 +163,16 @@ pub fn write_exr(output: &Output, size: [u32; 2], pixels: &[[f32; 4]]) -> Result
 }
 
 /// The encoders panic on a buffer of the wrong length.
-fn fill(output: &Output, [width, height]: [u32; 2], pixels: usize) -> Result<(), Error> {
+fn fill(
+    place: impl std::fmt::Display,
+    [width, height]: [u32; 2],
+    pixels: usize,
+) -> Result<(), Error> {
     if u64::from(width) * u64::from(height) == pixels as u64 {
         Ok(())
     } else {
         Err(Error::of(
-            output.path().display(),
+            place,
             format!("{pixels} pixels do not fill {width}x{height}; this is a bug in marmor"),
         ))
     }

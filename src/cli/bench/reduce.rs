@@ -1,34 +1,11 @@
-//! `marmor bench`: how long alternatives take, side by side in one run.
+//! `marmor bench reduce`: ways to reduce the light map, side by side.
 
-use super::failure::Failure;
-use super::{Global, print, values};
+use super::super::failure::Failure;
+use super::super::{Global, print, values};
 use crate::frame::measure;
 use crate::report::{Bench, Output, bench};
-use clap::{Args, Subcommand};
+use clap::Args;
 use std::path::PathBuf;
-
-/// Measure alternatives side by side on the device
-///
-/// All are measured in one run, in turn, after a warm-up: what else the machine does meets all
-/// of them alike. Times are the device's own, by timestamps, with the device drained before each.
-#[derive(Args, Debug)]
-#[command(
-    subcommand_required = true,
-    arg_required_else_help = true,
-    after_long_help = "\
-Examples:
-  marmor bench reduce
-  marmor bench reduce --light-map 1024 --rounds 100 --json reduce.json"
-)]
-pub(super) struct Arguments {
-    #[command(subcommand)]
-    what: What,
-}
-
-#[derive(Subcommand, Debug)]
-enum What {
-    Reduce(Reduce),
-}
 
 /// Ways to reduce the light map to its MIP pyramid
 ///
@@ -40,7 +17,7 @@ enum What {
 Examples:
   marmor bench reduce
   marmor bench reduce --light-map 1024 --rounds 100 --json reduce.json")]
-struct Reduce {
+pub(super) struct Arguments {
     /// Texels along a side of the light map, 16 to 8192
     #[arg(long, value_name = "TEXELS", default_value = "512", value_parser = values::light_map, allow_hyphen_values = true)]
     light_map: u32,
@@ -55,12 +32,6 @@ struct Reduce {
 }
 
 pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
-    match &arguments.what {
-        What::Reduce(arguments) => reduce(global, arguments),
-    }
-}
-
-fn reduce(global: &Global, arguments: &Reduce) -> Result<(), Failure> {
     let json = arguments.json.as_deref().map(Output::check).transpose()?;
     let options = global.options();
     let measured = measure::reduce(&options, arguments.light_map, arguments.rounds)?;
