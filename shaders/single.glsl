@@ -50,15 +50,18 @@ float exit_length(vec3 p, float depth, vec3 n_p, vec3 wo, vec3 inward) {
 }
 
 // ln of the growth from step to step for which `STEPS` steps, the first `first` long, reach `far`, or 0
-// where equal steps are shorter: Newton's method from the right on a convex function.
+// where equal steps are shorter: Newton's method, two steps of which are all that float32 carries.
 float log_growth(float first, float far) {
     const float n = float(STEPS);
     float ratio = far / (n * first);
     if (STEPS < 2 || ratio <= 1.0) return 0.0;
     float target = log(ratio);
-    // exp must not overflow; there the steps already grow by whole mean free paths.
-    float u = min(2.0 * target / (n - 1.0), 80.0 / n);
-    for (int i = 0; i < 5; ++i) {
+    // The lesser root of what the function is near 0 and far out. exp must not overflow; there the steps already grow by
+    // whole mean free paths.
+    const float a = (n * n - 1.0) / 12.0, b = (n - 1.0) / 2.0;
+    float near = (sqrt(b * b + 2.0 * a * target) - b) / a;
+    float u = min(min(near, (target + log(n)) / (n - 1.0)), 80.0 / n);
+    [[unroll]] for (int i = 0; i < 2; ++i) {
         float up = exp(n * u) - 1.0, one = exp(u) - 1.0;
         float value = log(up / (n * one)) - target;
         float slope = n + n / up - 1.0 - 1.0 / one;
@@ -131,16 +134,11 @@ Above above(vec3 q, vec3 n) {
     return a;
 }
 
-// Mean of e^-A over a segment, relative to its start, where A rises by `b`: (1 - e^-b) / b. `fall` is e^-b.
-vec3 segment(vec3 b, vec3 fall) {
-    vec3 series = 1.0 - b * (0.5 - b * (1.0 / 6.0 - b / 24.0));
-    return mix((1.0 - fall) / b, series, lessThan(abs(b), vec3(0.02)));
-}
-
 // The integral over a segment of length `dx`, along which the view ray keeps `kept` of what it has at
-// its start.
-vec3 integrate(float dx, vec3 kept, Above from, Above to) {
+// its start. `mean_path` is 1 / sigma_t: a division costs four products here.
+vec3 integrate(float dx, vec3 kept, vec3 mean_path, Above from, Above to) {
     vec3 b = frame.sigma_t.rgb * dx;
+    vec3 by_b = mean_path * (1.0 / dx);
     // Closed: the surface is straight between the two.
     vec3 rise = b + frame.sigma_t.rgb * (to.l - from.l);
     // e^-rise as a ratio would overflow where the light comes nearer; its product with `arrives` is at hand.
@@ -148,9 +146,11 @@ vec3 integrate(float dx, vec3 kept, Above from, Above to) {
     vec3 ratio = (from.arrives - to.arrives * kept) / rise;
     vec3 closed = 0.5 * (from.w + to.w) * mix(ratio, series, lessThan(abs(rise), vec3(0.02)));
     // Open: it jumps, and what arrives is interpolated.
-    vec3 g0 = segment(b, kept);
+    vec3 few = 1.0 - b * (0.5 - b * (1.0 / 6.0 - b / 24.0));
+    vec3 g0 = mix((1.0 - kept) * by_b, few, lessThan(b, vec3(0.02)));
     vec3 small = 0.5 - b * (1.0 / 3.0 - b * (0.125 - b * (1.0 / 30.0 - b / 144.0)));
-    vec3 g1 = mix((1.0 - kept * (1.0 + b)) / (b * b), small, lessThan(b, vec3(0.1)));
+    // (1 - e^-b (1 + b)) / b^2.
+    vec3 g1 = mix((g0 - kept) * by_b, small, lessThan(b, vec3(0.1)));
     vec3 open = from.w * from.arrives * (g0 - g1) + to.w * to.arrives * g1;
     bool jumps = from.edge || to.edge || abs(to.l - from.l) > JUMP * dx;
     return dx * (jumps ? open : closed);
@@ -171,6 +171,7 @@ Above backwards(float x, float dx, Above from, Above to) {
 vec3 single_scattering(vec3 p, float depth, vec3 n, vec3 wo) {
     float eta = frame.sigma_tr.w;
     vec3 sigma_t = frame.sigma_t.rgb;
+    vec3 mean_path = 1.0 / sigma_t;
     vec3 inward = refract_inward(wo, n, eta);
     float exit = exit_length(p, depth, n, wo, inward);
     float far = min(exit, frame.march.y);
@@ -212,10 +213,10 @@ vec3 single_scattering(vec3 p, float depth, vec3 n, vec3 wo) {
             from.arrives = vec3(1.0);
         }
         vec3 loss = exp2(-LOG2_E * length * sigma_t);
-        vec3 part = kept * integrate(length, loss, from, to);
+        vec3 part = kept * integrate(length, loss, mean_path, from, to);
         if (STEPS > 1) {
             if (i == 1) part = vec3(0.0);
-            if (i == 2) part += integrate(x, kept, backwards(x, length, from, to), from);
+            if (i == 2) part += integrate(x, kept, mean_path, backwards(x, length, from, to), from);
         }
         if (inside) {
             sum += part;

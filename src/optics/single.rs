@@ -157,8 +157,8 @@ impl Steps {
     /// is shorter.
     ///
     /// growth is the root of first (growth^count - 1) / (growth - 1) = far (DESIGN, single
-    /// scattering). With u = ln growth the logarithm of the sum is convex in u and has slope
-    /// (count - 1) / 2 at 0, so that Newton's method from the tangent there never overshoots.
+    /// scattering). With u = ln growth the logarithm of the mean of growth^i is (n - 1)/2 u + (n^2 - 1)/24 u^2 near 0,
+    /// n being the count, and (n - 1) u - ln n far out; the lesser root of the two is where Newton's method starts.
     pub fn new(first: f64, far: f64, count: u32) -> Self {
         let n = f64::from(count);
         let ratio = far / (n * first);
@@ -169,7 +169,9 @@ impl Steps {
             };
         }
         let target = ratio.ln();
-        let mut u = 2.0 * target / (n - 1.0);
+        let (a, b) = ((n * n - 1.0) / 12.0, (n - 1.0) / 2.0);
+        let near = ((b * b + 2.0 * a * target).sqrt() - b) / a;
+        let mut u = near.min((target + n.ln()) / (n - 1.0));
         for _ in 0..NEWTON_STEPS {
             // ln of the mean of growth^i over i < count, and its derivative.
             let (up, one) = ((n * u).exp_m1(), u.exp_m1());
@@ -193,9 +195,9 @@ impl Steps {
     }
 }
 
-/// Newton's steps for the growth: the fourth is below 1e-7 of the depth for all counts and ratios that
-/// the limits of materials allow.
-const NEWTON_STEPS: u32 = 5;
+/// Newton's steps for the growth: after the second the depth is within 6e-6 for all counts and ratios that the limits of
+/// materials allow, which is all that the shader's float32 carries; the third is for f64.
+const NEWTON_STEPS: u32 = 3;
 
 /// Mean of e^-A over a segment along which A goes linearly from `a0` to `a0 + b`, relative to e^-a0:
 /// f(b) = (1 - e^-b) / b, by its series near 0.
