@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks that take too long for every commit (about 3 minutes on 2 cores): `samples` against
-# `exact` at 200x150 with a 512^2 light map, in one frame and in the mean of 64.
+# Checks that take too long for every commit, on 2 cores: in about 3 minutes `samples` against `exact` at 200x150 with
+# a 512^2 light map, in one frame and in the mean of 64; in about 10 the fetch ledger of every plan, pixel by pixel.
 # Prints a table and exits 1 where a bound does not hold.
 #
 #   scripts/soak.sh
@@ -39,4 +39,8 @@ marble 0.10
 skin1 0.13
 ketchup 0.15
 BOUNDS
+# Every plan of the ledger, counted pixel by pixel.
+say "the ledger, all plans"
+MARMOR_LEDGER_ALL=1 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
+    cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test ledger || failed=1
 exit "$failed"

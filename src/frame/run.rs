@@ -140,6 +140,14 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
                 !c.linear_floats,
                 "no filtering of 32-bit floats: rings and mixture read four texels a tap, and eight of a volume",
             );
+            note(
+                !c.fragment_stores,
+                "no stores from fragment shaders: fetches cannot be measured",
+            );
+            note(
+                !c.statistics,
+                "no pipeline statistics: bench reports no invocations",
+            );
             note(c.timestamp_bits == 0, "no timestamps: passes are not timed");
             DeviceInfo {
                 index: c.index,
