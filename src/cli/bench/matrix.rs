@@ -155,6 +155,8 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
     if !quick {
         for (name, mesh) in meshes() {
             for (method, request) in [
+                ("rings 8", with(Method::Rings, Single::Off)),
+                ("mixture 3", with(Method::Mixture, Single::Off)),
                 ("rings 8 + single 8", with(Method::Rings, march(8))),
                 ("samples 30 + single 8", with(Method::Samples, march(8))),
                 ("mixture 3 + single 8", mixture(8)),
