@@ -429,14 +429,12 @@ impl<'a> Known<'a> {
                 // It never comes round.
                 continue;
             };
-            let line = block
-                .instructions
-                .iter()
-                .filter(|i| i.class.opcode == Op::Line);
+            let mut lines = block.instructions.iter().rev();
+            let line = lines.find(|i| i.class.opcode == Op::Line);
             let body = graph.body(header, latch);
             found.push(Natural {
                 header,
-                place: self.place(line.last()),
+                place: self.place(line),
                 variables: variables(block, graph.label(latch)),
                 exits: graph.exits(&body),
                 body,

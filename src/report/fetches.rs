@@ -167,15 +167,18 @@ impl Document {
                 unit, "declared", "SPIR-V", "measured", "mean"
             )
         };
-        let groups: [(&str, fn(&str) -> bool); 3] = [
-            ("fetches of a pixel", ledger::counts),
-            ("reads of input attachments", |t| t == ledger::INPUT),
-            ("reads for each texel or cell written", |t| {
-                t == ledger::TEXEL || t == ledger::BUFFER
-            }),
+        let units = [
+            "fetches of a pixel",
+            "reads of input attachments",
+            "reads for each texel or cell written",
         ];
-        for (at, (unit, belongs)) in groups.into_iter().enumerate() {
-            let terms: Vec<_> = self.terms.iter().filter(|t| belongs(&t.term)).collect();
+        for (at, unit) in units.into_iter().enumerate() {
+            let belongs = |term: &&Term| match at {
+                0 => ledger::counts(&term.term),
+                1 => term.term == ledger::INPUT,
+                _ => term.term == ledger::TEXEL || term.term == ledger::BUFFER,
+            };
+            let terms: Vec<_> = self.terms.iter().filter(belongs).collect();
             if terms.is_empty() {
                 continue;
             }
