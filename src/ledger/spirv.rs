@@ -432,11 +432,11 @@ impl<'a> Known<'a> {
             let line = block
                 .instructions
                 .iter()
-                .filter(|i| i.class.opcode == Op::Line);
+                .rfind(|i| i.class.opcode == Op::Line);
             let body = graph.body(header, latch);
             found.push(Natural {
                 header,
-                place: self.place(line.last()),
+                place: self.place(line),
                 variables: variables(block, graph.label(latch)),
                 exits: graph.exits(&body),
                 body,

@@ -167,7 +167,8 @@ impl Document {
                 unit, "declared", "SPIR-V", "measured", "mean"
             )
         };
-        let groups: [(&str, fn(&str) -> bool); 3] = [
+        type Belongs = fn(&str) -> bool;
+        let groups: [(&str, Belongs); 3] = [
             ("fetches of a pixel", ledger::counts),
             ("reads of input attachments", |t| t == ledger::INPUT),
             ("reads for each texel or cell written", |t| {
