@@ -73,6 +73,7 @@ fn the_manual_is_printed_and_written() {
         "-compare",
         "-completions",
         "-devices",
+        "-fetches",
         "-man",
         "-render",
         "",
