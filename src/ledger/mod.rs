@@ -5,6 +5,7 @@
 //! together. Reads of input attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
 //! writes with term [`TEXEL`], or [`BUFFER`] where it reads no texture; none of these counts as a fetch of a pixel.
 
+pub mod budget;
 pub mod spirv;
 mod table;
 
