@@ -129,6 +129,71 @@ const CASES: &[Case] = &[
         &["a.obj", "radius", "set unit"],
     ),
     case(
+        "a method beside a budget",
+        &[],
+        "render --fetch-budget 9 --multiple rings -o out.png",
+        &["--multiple cannot stand beside --fetch-budget", "drop one"],
+    ),
+    case(
+        "samples beside a budget",
+        &[],
+        "render --fetch-budget 9 --samples 4 -o out.png",
+        &["--samples cannot stand beside --fetch-budget"],
+    ),
+    case(
+        "single scattering beside a budget",
+        &[],
+        "fetches --fetch-budget 9 --single off",
+        &["--single cannot stand beside --fetch-budget"],
+    ),
+    case(
+        "a split beside a budget",
+        &[],
+        "render --fetch-budget 9 --split brdf -o out.png",
+        &["--split cannot stand beside --fetch-budget"],
+    ),
+    case(
+        "a budget of nothing",
+        &[],
+        "render --fetch-budget 0 -o out.png",
+        &["--fetch-budget", "from 1 to 1000000, not 0"],
+    ),
+    case(
+        "a budget too small",
+        &[],
+        "fetches --fetch-budget 1",
+        &[
+            "fetch budget of 1 is too small for statue",
+            "give --fetch-budget 2",
+        ],
+    ),
+    case(
+        "a method beside a budget in a file",
+        &[("s.toml", b"[method]\nvolumes = 2\nfetch_budget = 9\n")],
+        "render s.toml -o out.png",
+        &[
+            "s.toml:3",
+            "fetch_budget in [method]",
+            "volumes",
+            "drop one",
+        ],
+    ),
+    case(
+        "a parameter beside the budget of a file",
+        &[("s.toml", b"[method]\nfetch_budget = 9\n")],
+        "render s.toml --single 4 -o out.png",
+        &[
+            "--single has no effect beside the fetch_budget of s.toml",
+            "--multiple",
+        ],
+    ),
+    case(
+        "a budget in a file that is no number",
+        &[("s.toml", b"[method]\nfetch_budget = \"low\"\n")],
+        "render s.toml -o out.png",
+        &["s.toml:2", "fetch_budget", "a whole number"],
+    ),
+    case(
         "unknown preset by flag",
         &[],
         "render --material marbel -o out.png",

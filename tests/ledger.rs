@@ -7,7 +7,7 @@ use common::device::{TestDevice, device};
 use marmor::frame::{Renderer, Setup, Shaders, shaders, stages};
 use marmor::gpu::Shader;
 use marmor::ledger::spirv::{Kind, sites};
-use marmor::ledger::{self, Counts, Filter, Ledger, declared};
+use marmor::ledger::{self, Counts, Filter, Ledger, budget, declared};
 use marmor::scene::{
     Bundled, Exits, March, MeshSource, Method, Mixture, Multiple, Plan, Request, Single,
 };
@@ -298,6 +298,40 @@ fn what_is_declared_is_measured() {
         }
     }
     assert!(last.is_some());
+}
+
+/// What a budget has chosen is measured to keep it.
+#[test]
+fn a_budget_is_measured() {
+    let Some(device) = device() else {
+        return;
+    };
+    let rows = budget::table().expect("the table");
+    for (wanted, filter) in [
+        (6, Filter::Linear),
+        (17, Filter::Linear),
+        (30, Filter::Texels),
+    ] {
+        let request = Request {
+            mesh: MeshSource::Bundled(Bundled::Statue1k),
+            size: [64, 48],
+            light_map: 128,
+            ..Request::statue()
+        };
+        let plan = request.plan().expect("a plan");
+        let (plan, chosen) = budget::choose(&rows, &plan, wanted, filter).expect("a choice");
+        let setup = Setup {
+            filter: Some(filter),
+            shaders: Shaders::Counting,
+            ..Setup::default()
+        };
+        let (_, counts) = counted(&device, &plan, &setup);
+        let stages = stages(&plan, filter, Shaders::Counting);
+        let ledger = Ledger::new(&declared(&plan, filter), &stages, &counts).expect("a ledger");
+        assert_eq!(ledger.disagreements(), [""; 0], "{wanted}");
+        assert_eq!(ledger.most(), Some(chosen.fetches), "{wanted}");
+        assert!(ledger.breaks(wanted).is_none(), "{wanted}");
+    }
 }
 
 /// A read that nobody declared is caught twice.

@@ -1,6 +1,7 @@
 //! Why a command did not do what was asked.
 
 use super::Exit;
+use crate::ledger::budget;
 use crate::{frame, report, scene};
 
 /// A command that failed, and the one line that says why.
@@ -44,6 +45,12 @@ impl From<report::Error> for Failure {
 
 impl From<report::compare::Error> for Failure {
     fn from(error: report::compare::Error) -> Self {
+        Failure::Input(error.to_string())
+    }
+}
+
+impl From<budget::Error> for Failure {
+    fn from(error: budget::Error) -> Self {
         Failure::Input(error.to_string())
     }
 }

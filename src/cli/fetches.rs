@@ -23,6 +23,7 @@ Examples:
   marmor fetches
   marmor fetches --multiple mixture --moments 4 --sites
   marmor fetches --multiple samples --samples 16 --budget 24
+  marmor fetches --fetch-budget 16
   marmor fetches scene.toml --heatmap fetches.png --json")]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -56,7 +57,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
         Some(path) => Some(Output::check(path)?),
         None => None,
     };
-    let plan = arguments.picture.plan()?;
+    let (plan, _) = arguments.picture.plan(&global.options())?;
     if plan.split.is_some() {
         return Err(Failure::Input(
             "--split: the ledger is of one method; leave it out, or account for each half on its own"

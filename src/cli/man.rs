@@ -41,6 +41,7 @@ fn write_all(command: &clap::Command, folder: &Path) -> Result<(), Failure> {
     write(command, folder)?;
     command
         .get_subcommands()
+        .filter(|command| !command.is_hide_set())
         .try_for_each(|command| write_all(command, folder))
 }
 

@@ -10,6 +10,7 @@ mod devices;
 mod failure;
 mod fetches;
 mod man;
+mod pareto;
 mod picture;
 mod progress;
 mod render;
@@ -137,6 +138,12 @@ enum Command {
     Devices(devices::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
+    /// Measure the plans that fetch budgets choose from, for a while under this name
+    #[command(hide = true)]
+    Pareto {
+        /// File to write: .csv
+        out: std::path::PathBuf,
+    },
 }
 
 impl Global {
@@ -168,6 +175,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Command::Devices(arguments) => devices::run(&cli.global, arguments),
         Command::Completions(arguments) => completions::run(arguments, &mut command()),
         Command::Man(arguments) => man::run(arguments, command()),
+        Command::Pareto { out } => pareto::run(&cli.global, out),
     };
     match result {
         Ok(()) => Exit::Done,

@@ -2,6 +2,9 @@
 
 use super::failure::Failure;
 use super::values::{self, Background, Direction, Orbit};
+use crate::frame;
+use crate::ledger::Filter;
+use crate::ledger::budget::{self, Chosen};
 use crate::optics::mixture::Fit;
 use crate::scene::{Exits, Jitter, Material, Method, Mixture, Plan, Request, Single, Viewpoint};
 use clap::Args;
@@ -78,6 +81,14 @@ pub(super) struct PictureArguments {
     /// Without a distance the object is fitted into the picture.
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::camera, allow_hyphen_values = true, help_heading = "Light and camera")]
     camera: Option<Orbit>,
+
+    /// Choose how light is scattered by the fetches that a pixel may make, from 1 to 1000000
+    ///
+    /// Of the plans whose error was measured the best is taken that makes no more, all passes over the picture counted;
+    /// it says which. In place of --multiple, --single and their parameters; --specular and --frames-averaged stay
+    /// yours, and cost one fetch each. What passes over the light map read is not a pixel's, and not counted.
+    #[arg(long, value_name = "N", value_parser = values::budget, allow_hyphen_values = true, help_heading = "Method")]
+    fetch_budget: Option<u32>,
 
     /// Multiple scattering [default: samples]
     ///
@@ -159,6 +170,7 @@ impl PictureArguments {
     pub(super) fn request(&self) -> Result<Request, Failure> {
         let arguments = self;
         let mut request = Request::open(&arguments.scene)?;
+        self.settle_budget(&mut request)?;
         fn set<T: Clone>(field: &mut T, flag: &Option<T>) {
             if let Some(value) = flag {
                 field.clone_from(value);
@@ -169,6 +181,7 @@ impl PictureArguments {
         set(&mut request.frames_averaged, &arguments.frames_averaged);
         set(&mut request.jitter, &arguments.jitter);
         set(&mut request.unit, &arguments.unit);
+        set(&mut request.fetch_budget, &arguments.fetch_budget.map(Some));
         set(&mut request.multiple, &arguments.multiple);
         set(&mut request.samples, &arguments.samples);
         set(&mut request.rings, &arguments.rings);
@@ -267,7 +280,8 @@ impl PictureArguments {
                 request.single
             )));
         }
-        if arguments.g.is_some() && request.single == Single::Off {
+        let chosen = request.fetch_budget.is_some();
+        if arguments.g.is_some() && request.single == Single::Off && !chosen {
             return Err(Failure::Input(
                 "--g has no effect without single scattering; drop it, or add --single 8"
                     .to_owned(),
@@ -285,9 +299,58 @@ impl PictureArguments {
         Ok(request)
     }
 
-    /// The plan of the request.
-    pub(super) fn plan(&self) -> Result<Plan, Failure> {
-        Ok(self.request()?.plan()?)
+    /// Says who chooses the methods, a budget or the flags: never both. A flag takes the place of what a scene file says.
+    fn settle_budget(&self, request: &mut Request) -> Result<(), Failure> {
+        let chosen = [
+            ("--multiple", self.multiple.is_some()),
+            ("--samples", self.samples.is_some()),
+            ("--rings", self.rings.is_some()),
+            ("--moments", self.moments.is_some()),
+            ("--fourth-from", self.fourth_from.is_some()),
+            ("--fourth-levels", self.fourth_levels.is_some()),
+            ("--level-step", self.level_step.is_some()),
+            ("--volumes", self.volumes.is_some()),
+            ("--weights", self.weights.is_some()),
+            ("--single", self.single.is_some()),
+            ("--exits", self.exits.is_some()),
+            ("--split", self.split.is_some()),
+        ];
+        let Some((flag, _)) = chosen.into_iter().find(|(_, given)| *given) else {
+            return Ok(());
+        };
+        if self.fetch_budget.is_some() {
+            return Err(Failure::Input(format!(
+                "{flag} cannot stand beside --fetch-budget, which chooses the methods of scattering; drop one of the two"
+            )));
+        }
+        if request.fetch_budget.is_some() && self.multiple.is_none() {
+            return Err(Failure::Input(format!(
+                "{flag} has no effect beside the fetch_budget of {}, which chooses the methods of scattering; drop it, \
+                 or choose them yourself with --multiple",
+                self.scene.display()
+            )));
+        }
+        request.fetch_budget = None;
+        Ok(())
+    }
+
+    /// The plan of the request, and where a budget chose its methods, how. For a budget it asks the device that
+    /// `options` name how it filters; whether a plan fits at all it knows without.
+    pub(super) fn plan(&self, options: &frame::Options) -> Result<(Plan, Option<Chosen>), Failure> {
+        let request = self.request()?;
+        let plan = request.plan()?;
+        let Some(budget) = request.fetch_budget else {
+            return Ok((plan, None));
+        };
+        let rows = budget::table()?;
+        let mut chosen = budget::choose(&rows, &plan, budget, Filter::Linear)?;
+        let filter = frame::filter(options)?;
+        if filter != Filter::Linear {
+            // Taps cost more there, so that a cheaper plan may be the best.
+            chosen = budget::choose(&rows, &plan, budget, filter)?;
+        }
+        let (plan, chosen) = chosen;
+        Ok((plan, Some(chosen)))
     }
 }
 
@@ -306,7 +369,8 @@ mod tests {
     fn plan_of(line: &str) -> Plan {
         let words = std::iter::once("marmor").chain(line.split_whitespace());
         let alone = <Alone as clap::Parser>::try_parse_from(words).expect("good flags");
-        alone.arguments.plan().expect("a plan")
+        let request = alone.arguments.request().expect("good flags");
+        request.plan().expect("a plan")
     }
 
     #[test]

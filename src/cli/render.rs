@@ -26,6 +26,8 @@ Examples:
       a mesh in metres
   marmor render scene.toml --frames-averaged 64 -o smooth.exr
       edges and noise averaged away, linear values kept
+  marmor render --fetch-budget 16 --material skin1 -o skin.png
+      the best that 16 fetches a pixel buy
   marmor render --multiple samples --split brdf -o both.png
       translucent on the right, opaque on the left")]
 pub(super) struct Arguments {
@@ -51,7 +53,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
             stats.path().display()
         )));
     }
-    let plan = arguments.picture.plan()?;
+    let (plan, chosen) = arguments.picture.plan(&global.options())?;
 
     let mut bar = Bar::new(global.quiet);
     let options = frame::Options {
@@ -77,7 +79,8 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
         Format::Exr => report::image::write_exr(&output, picture.size, &picture.radiance)?,
     }
     let measured = measured(picture, global.validation);
-    let stats = Stats::new(&plan, measured);
+    let mut stats = Stats::new(&plan, measured);
+    stats.method.budget = chosen.map(stats::Budget::from);
     if let Some(stats_output) = stats_output {
         stats.write(&stats_output)?;
     }
@@ -137,8 +140,16 @@ fn summary(output: &std::path::Path, stats: &Stats) -> String {
         Some(split) => format!(" (left half {split})"),
         None => String::new(),
     };
+    // Without a budget the methods are what was asked for.
+    let budget = match stats.method.budget {
+        Some(budget) => format!(
+            "budget of {}: {}, single scattering {}; expected error {:.3}\n",
+            budget.fetches, stats.method.multiple, stats.method.single, budget.expected_rr
+        ),
+        None => String::new(),
+    };
     format!(
-        "{}: {width}x{height}, {} triangles of {}, {}{split}\n{}: {:.2} ms/frame, {} fetches/pixel\n",
+        "{}: {width}x{height}, {} triangles of {}, {}{split}\n{}: {:.2} ms/frame, {} fetches/pixel\n{budget}",
         output.display(),
         stats.scene.triangles,
         stats.scene.material.name,

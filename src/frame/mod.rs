@@ -42,7 +42,9 @@ pub use alone::{Reduced, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use fetches::{Shaders, stages};
-pub use run::{Counted, DeviceInfo, Error, Options, Picture, count, devices, open_device, render};
+pub use run::{
+    Counted, DeviceInfo, Error, Options, Picture, count, devices, filter, open_device, render,
+};
 
 use crate::gpu::{
     self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Statistics, Timestamps,

@@ -7,7 +7,7 @@ use ash::vk;
 use super::geometry::Geometry;
 use super::{PassTime, Progress, Renderer, Setup, Shaders};
 use crate::gpu::{self, Candidate, Device, Instance};
-use crate::ledger::{self, Ledger};
+use crate::ledger::{self, Filter, Ledger};
 use crate::scene::pyramid::Atlas;
 use crate::scene::{Multiple, Plan, limits};
 
@@ -186,6 +186,17 @@ pub fn open_device(options: &Options) -> Result<Arc<Device>, Error> {
         candidate.driver
     );
     Ok(Device::new(&instance, &candidate)?)
+}
+
+/// How the device that `options` ask for filters; opens none.
+///
+/// # Errors
+/// As [`open_device`].
+pub fn filter(options: &Options) -> Result<Filter, Error> {
+    let instance = instance(options)?;
+    let list = Candidate::list(&instance)?;
+    let candidate = Candidate::choose(&list, options.device.as_deref())?;
+    Ok(super::filter_of(&candidate))
 }
 
 /// Renders `plan`.

@@ -6,6 +6,7 @@
 //! writes with term [`TEXEL`], or [`BUFFER`] where it reads no texture; none of these counts as a fetch of a pixel.
 
 mod access;
+pub mod budget;
 pub mod spirv;
 mod table;
 

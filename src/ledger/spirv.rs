@@ -429,8 +429,10 @@ impl<'a> Known<'a> {
                 // It never comes round.
                 continue;
             };
-            let mut lines = block.instructions.iter().rev();
-            let line = lines.find(|i| i.class.opcode == Op::Line);
+            let line = block
+                .instructions
+                .iter()
+                .rfind(|i| i.class.opcode == Op::Line);
             let body = graph.body(header, latch);
             found.push(Natural {
                 header,

@@ -265,7 +265,8 @@ impl<'a> Basis<'a> {
 
 const CHANNELS: [&str; 4] = ["red", "green", "blue", "alpha"];
 
-fn is_covered(pixel: &[f32; 4]) -> bool {
+/// Whether a pixel of a reference counts.
+pub fn is_covered(pixel: &[f32; 4]) -> bool {
     pixel[3] > COVERED
 }
 

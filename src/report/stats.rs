@@ -1,6 +1,7 @@
 //! What one render did, as a document for scripts: `render --stats`.
 
 use super::{Error, Output};
+use crate::ledger::{self, budget::Chosen};
 use crate::scene::Plan;
 use serde::Serialize;
 use std::io::Write as _;
@@ -119,6 +120,8 @@ pub struct Camera {
 pub struct Method {
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// The fetch budget that chose the methods, if one did.
+    pub budget: Option<Budget>,
     /// Method for multiple scattering, such as `samples(30)`.
     pub multiple: String,
     /// Method of the left half, if it differs.
@@ -137,6 +140,27 @@ pub struct Method {
     pub exposure: f64,
     /// Linear RGB behind the picture.
     pub background: Option<[f64; 3]>,
+}
+
+/// A fetch budget, and what is known of the plan that it chose.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Budget {
+    /// Fetches a pixel that were allowed; `fetches.per_pixel` are made.
+    pub fetches: u32,
+    /// The plan's error rr, as a mean over the scenes and materials that were measured.
+    pub expected_rr: f64,
+    /// The largest of them.
+    pub worst_rr: f64,
+}
+
+impl From<Chosen> for Budget {
+    fn from(chosen: Chosen) -> Budget {
+        Budget {
+            fetches: chosen.budget,
+            expected_rr: chosen.row.expected,
+            worst_rr: chosen.row.worst,
+        }
+    }
 }
 
 /// How long the picture took, ms per frame.
@@ -230,6 +254,7 @@ impl Stats {
             },
             method: Method {
                 size: plan.size,
+                budget: None,
                 multiple: plan.multiple.to_string(),
                 split: plan.split.map(|method| method.to_string()),
                 single: plan.single.to_string(),
@@ -271,11 +296,11 @@ impl Fetches {
     pub fn new(declared: Vec<(String, String, String, u32)>) -> Fetches {
         let mut passes: Vec<PassFetches> = Vec::new();
         for (pass, term, what, per_pixel) in declared {
-            // Attachment reads are no fetches, and those per texel are not per pixel.
-            let counted = if ["input", "texel"].contains(&term.as_str()) {
-                0
-            } else {
+            // Attachment reads are no fetches, and those per texel or cell are not per pixel.
+            let counted = if ledger::counts(&term) {
                 u64::from(per_pixel)
+            } else {
+                0
             };
             let term = Term {
                 term,
@@ -316,6 +341,7 @@ mod tests {
             row("shade", "shadow", 1),
             row("shade", "input", 2),
             row("reduce", "texel", 9),
+            row("volume", "buffer", 27),
         ]);
         assert_eq!(fetches.per_pixel, 32);
         let passes: Vec<_> = fetches
@@ -325,7 +351,12 @@ mod tests {
             .collect();
         assert_eq!(
             passes,
-            [("shade", 31, 3), ("resolve", 1, 1), ("reduce", 0, 1)]
+            [
+                ("shade", 31, 3),
+                ("resolve", 1, 1),
+                ("reduce", 0, 1),
+                ("volume", 0, 1)
+            ]
         );
     }
 }

@@ -34,7 +34,8 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 16] = [
+const METHOD: [&str; 17] = [
+    "fetch_budget",
     "multiple",
     "samples",
     "rings",
@@ -50,6 +51,22 @@ const METHOD: [&str; 16] = [
     "light_map",
     "frames_averaged",
     "jitter",
+    "split",
+];
+
+/// What a fetch budget chooses, so that nothing else may.
+const CHOSEN: [&str; 12] = [
+    "multiple",
+    "samples",
+    "rings",
+    "moments",
+    "fourth_from",
+    "fourth_levels",
+    "level_step",
+    "volumes",
+    "weights",
+    "single",
+    "exits",
     "split",
 ];
 
@@ -171,6 +188,14 @@ fn viewpoint(section: &Section) -> Result<Viewpoint, Error> {
 }
 
 fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
+    if let Some(field) = section.get("fetch_budget") {
+        request.fetch_budget = Some(field.whole(limits::budget)?);
+        if let Some(key) = CHOSEN.into_iter().find(|key| section.get(key).is_some()) {
+            return Err(field.error(&format!(
+                "chooses the methods of scattering, {key} among them; drop one of the two"
+            )));
+        }
+    }
     let named = |field: &Field| field.named(Method::named);
     section.read("multiple", named, |v| request.multiple = v)?;
     section.read("split", named, |v| request.split = Some(v))?;

@@ -40,6 +40,10 @@ pub struct Request {
     pub fov: f64,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// Fetches a pixel that may be made, where they choose the methods of both kinds of scattering.
+    /// [`Request::plan`] knows no fetches and heeds the methods below:
+    /// [`choose`](crate::ledger::budget::choose) then takes others.
+    pub fetch_budget: Option<u32>,
     /// Method for multiple scattering.
     pub multiple: Method,
     /// Method of the left half, if it differs.
@@ -118,6 +122,7 @@ impl Request {
             viewpoint: Viewpoint::default(),
             fov: defaults::CAMERA_FOV,
             size: defaults::SIZE,
+            fetch_budget: None,
             multiple: Method::Samples,
             split: None,
             samples: defaults::SAMPLES,
@@ -198,6 +203,9 @@ impl Request {
         check("light color", limits::color(light.color).map(drop))?;
         check("camera fov", limits::fov(self.fov).map(drop))?;
         check("size", limits::size(self.size.map(i64::from)).map(drop))?;
+        if let Some(budget) = self.fetch_budget {
+            check("fetch_budget", limits::budget(budget.into()).map(drop))?;
+        }
         check("samples", limits::samples(self.samples.into()).map(drop))?;
         check("rings", limits::rings(self.rings.into()).map(drop))?;
         check("moments", limits::moments(self.moments.into()).map(drop))?;
