@@ -6,10 +6,12 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #ifdef FOURTH
-layout(binding = 0, r32f) uniform readonly image2D source;
+layout(binding = 0, r32f) uniform readonly image2D source_fourth;
+#define SOURCE source_fourth
 layout(binding = 1, r32f) uniform writeonly image2D target;
 #else
 layout(binding = 0, rgba32f) uniform readonly image2D source;
+#define SOURCE source
 layout(binding = 1, rgba32f) uniform writeonly image2D target;
 #endif
 
@@ -41,7 +43,7 @@ void main() {
     ivec2 cell = ivec2(tile - line * levels.tiles[level].y, line) * 8
                + ivec2(gl_LocalInvocationID.xy);
     ivec2 first = OUTPUTS * cell;
-    ivec2 last = imageSize(source) - 1;
+    ivec2 last = imageSize(SOURCE) - 1;
 
     vec4 sum[OUTPUTS.y][OUTPUTS.x];
     [[unroll]] for (int o = 0; o < OUTPUTS.x * OUTPUTS.y; ++o) sum[o / OUTPUTS.x][o % OUTPUTS.x] = vec4(0.0);
@@ -52,7 +54,7 @@ void main() {
             // Outside the image, as in the gaps between levels, all is 0.
             ivec2 at = content.xy + first + ivec2(i, j) - 4;
             ivec2 inside = clamp(at, ivec2(0), last);
-            vec4 value = FETCH_IMAGE(source, inside);
+            vec4 value = FETCH_IMAGE(SOURCE, inside);
             value = inside == at ? value : vec4(0.0);
             [[unroll]] for (int p = 0; p < OUTPUTS.x; ++p) {
                 int d = i - p;

@@ -138,12 +138,6 @@ enum Command {
     Devices(devices::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
-    /// Measure the plans that fetch budgets choose from, for a while under this name
-    #[command(hide = true)]
-    Pareto {
-        /// File to write: .csv
-        out: std::path::PathBuf,
-    },
 }
 
 impl Global {
@@ -175,7 +169,6 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Command::Devices(arguments) => devices::run(&cli.global, arguments),
         Command::Completions(arguments) => completions::run(arguments, &mut command()),
         Command::Man(arguments) => man::run(arguments, command()),
-        Command::Pareto { out } => pareto::run(&cli.global, out),
     };
     match result {
         Ok(()) => Exit::Done,

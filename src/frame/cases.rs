@@ -165,8 +165,7 @@ impl Session {
         let radiance = renderer.radiance()?;
         let covered = radiance.iter().filter(|p| p[3] > 0.0).count();
         let declared = ledger::declared(plan, self.filter());
-        floor.sort_by(f64::total_cmp);
-        let shade_floor = floor.get(floor.len() / 2).copied();
+        let shade_floor = median(floor);
         let passes = passes
             .into_iter()
             .map(|(pass, milliseconds)| {
@@ -212,7 +211,7 @@ impl Session {
                 continue;
             };
             let times = match (line.term, pass) {
-                (TEXEL, _) => texels(plan, line.shader),
+                (TEXEL, _) => texels(plan, line),
                 (_, "resolve") => width * height,
                 _ => covered,
             };
@@ -221,18 +220,30 @@ impl Session {
             sum.bytes += fetches * f64::from(access.bytes() * access.texels());
             let costs = self.probe.costs();
             let cost = costs.into_iter().find(|cost| cost.access == access);
-            if let Some(mut cost) = cost {
-                cost.nanoseconds.sort_by(f64::total_cmp);
-                let median = cost.nanoseconds.get(cost.nanoseconds.len() / 2);
-                *sum.floor.get_or_insert(0.0) += 1e-6 * fetches * median.copied().unwrap_or(0.0);
+            // The rounds before this case and after it: the machine as it was meanwhile.
+            let cost = cost.and_then(|cost| {
+                let last = cost.nanoseconds.iter().rev().take(2 * ROUNDS as usize);
+                median(last.copied().collect())
+            });
+            if let Some(cost) = cost {
+                *sum.floor.get_or_insert(0.0) += 1e-6 * fetches * cost;
             }
         }
         sum
     }
 }
 
-/// Texels that `shader` writes in a frame of `plan`.
-fn texels(plan: &Plan, shader: &str) -> f64 {
+/// The middle of `values`, or the mean of the two in the middle; none of none.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let upper = values.get(values.len() / 2)?;
+    let lower = values.get((values.len() - 1) / 2)?;
+    Some(0.5 * (lower + upper))
+}
+
+/// Texels for which a frame of `plan` reads what `line` declares.
+fn texels(plan: &Plan, line: &Declared) -> f64 {
+    let shader = line.shader;
     let area = |size: [u32; 2]| f64::from(size[0]) * f64::from(size[1]);
     let frame = plan.light_frame();
     let mut sum = 0.0;
@@ -253,6 +264,9 @@ fn texels(plan: &Plan, shader: &str) -> f64 {
                 };
                 sum += match shader {
                     "decimate.comp" => levels(1..=last),
+                    "smooth.comp" if line.texture == "source_fourth" => {
+                        levels(taps.span(taps.fourth.clone()))
+                    }
                     "smooth.comp" => levels(taps.span(0..taps.moments())),
                     "volume.comp" => taps.volumes.map_or(0.0, |volumes| {
                         let [x, y, _] = volumes.grids[0].size;

@@ -163,7 +163,9 @@ pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
                 let taps = plan.taps(mixture, &frame);
                 let fourth = !taps.fourth.is_empty();
                 let texels = reduce::HALVE_OUTPUTS.pow(2);
-                add("reduce", reduce::halving(fourth), &[], &[], Some(texels));
+                if taps.level(taps.moments() - 1) > 0 {
+                    add("reduce", reduce::halving(fourth), &[], &[], Some(texels));
+                }
                 let texels = Some(reduce::SMOOTH_OUTPUTS);
                 add("reduce", &shaders::SMOOTH_COMP, &[], &[], texels);
                 if fourth {

@@ -101,7 +101,9 @@ impl Declared {
             return None;
         }
         let access = match (self.shader, self.texture) {
-            ("decimate.comp" | "smooth.comp" | "boxes.comp", "fourth") => Access::StorageScalar,
+            ("decimate.comp" | "smooth.comp" | "boxes.comp", "fourth" | "source_fourth") => {
+                Access::StorageScalar
+            }
             ("decimate.comp" | "smooth.comp" | "boxes.comp", _) => Access::StorageRgba,
             ("exact.comp", "radiance") => Access::StorageRgba,
             ("exact.comp", "view_depth" | "view_normal") => Access::TexelPair,

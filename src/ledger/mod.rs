@@ -171,19 +171,19 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
             }
             let (halving, smoothing) = (("reduce", "decimate.comp"), ("reduce", "smooth.comp"));
             let what = "level above, 6x6 texels for 2x2";
-            lines.push(line(halving, TEXEL, "moments", what, HALVE_LOADS));
-            if fourth > 0 {
+            // Of level 0 alone nothing is halved.
+            let halves = taps.level(taps.moments() - 1) > 0;
+            if halves {
+                lines.push(line(halving, TEXEL, "moments", what, HALVE_LOADS));
+            }
+            if halves && fourth > 0 {
                 lines.push(line(halving, TEXEL, "fourth", what, HALVE_LOADS));
             }
-            let images = 1 + u32::from(fourth > 0);
-            let what = "a level, 12x12 texels for 4x4, of each image";
-            lines.push(line(
-                smoothing,
-                TEXEL,
-                "source",
-                what,
-                images * SMOOTH_LOADS,
-            ));
+            let what = "a level, 12x12 texels for 4x4";
+            lines.push(line(smoothing, TEXEL, "source", what, SMOOTH_LOADS));
+            if fourth > 0 {
+                lines.push(line(smoothing, TEXEL, "source_fourth", what, SMOOTH_LOADS));
+            }
             if let Some(desc) = &taps.volumes {
                 let reach = desc.grids[0].reach();
                 let radius = desc.volumes.iter().map(|v| v.weights.len() as u32 - 1);

@@ -84,8 +84,11 @@ pub struct Ledger {
     pub rows: Vec<Row>,
     /// By term.
     pub subtotals: Vec<Subtotal>,
-    /// Of every pixel, the fetches that were measured, row-major; empty where none were.
+    /// Of every pixel, the fetches that were measured, row-major; empty where none were. Of several frames, those of the
+    /// last that drew the pixel.
     pub pixels: Vec<u32>,
+    /// Whether a counting build ran.
+    pub counted: bool,
 }
 
 impl Ledger {
@@ -186,6 +189,7 @@ impl Ledger {
             rows,
             subtotals,
             pixels: pixels(stages, counted),
+            counted: !counted.is_empty(),
         })
     }
 
@@ -206,8 +210,11 @@ impl Ledger {
         self.pixels.iter().copied().max()
     }
 
-    /// Where the accounts differ, one line each: declared and found, or found and measured. A term of which no pixel
-    /// reads all that is declared differs as well; so does one that was measured and has no pixel.
+    /// Where the accounts differ, one line each: what is found is not what is declared, or some pixel reads more than
+    /// that, or what was to be measured was not.
+    ///
+    /// That no pixel reads as much is no fault of the ledger, but of the picture, in which nothing may face the light
+    /// or nothing be covered: see [`Ledger::unread`].
     pub fn disagreements(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for row in &self.rows {
@@ -229,14 +236,32 @@ impl Ledger {
             }
         }
         for sum in &self.subtotals {
-            if let Some(measured) = sum.measured.filter(|m| m.most != sum.declared) {
-                lines.push(format!(
+            match sum.measured {
+                Some(measured) if measured.most > sum.declared => lines.push(format!(
                     "{}, {}: {} declared, {} measured",
                     sum.shader, sum.term, sum.declared, measured.most
-                ));
+                )),
+                None if self.counted && sum.term != BUFFER => lines.push(format!(
+                    "{}, {}: {} declared, none measured",
+                    sum.shader, sum.term, sum.declared
+                )),
+                _ => {}
             }
         }
         lines
+    }
+
+    /// What is declared and was measured, but of which no pixel made full use, one line each.
+    pub fn unread(&self) -> Vec<String> {
+        let short = |s: &&Subtotal| s.measured.is_some_and(|m| m.most < s.declared);
+        let lines = self.subtotals.iter().filter(short).map(|sum| {
+            let most = sum.measured.map_or(0.0, |m| m.most);
+            format!(
+                "{}, {}: no pixel of this picture reads more than {most} of the {} declared",
+                sum.shader, sum.term, sum.declared
+            )
+        });
+        lines.collect()
     }
 
     /// The pass and term by which the fetches of a pixel, added up in the order of the frame, first exceed `budget`:

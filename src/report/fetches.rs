@@ -26,6 +26,8 @@ pub struct Document {
     pub terms: Vec<Term>,
     /// Where the accounts differ; empty when all is well.
     pub disagreements: Vec<String>,
+    /// What is declared, but of which no pixel of this picture makes full use.
+    pub unread: Vec<String>,
 }
 
 /// Fetches of a pixel over all passes.
@@ -147,6 +149,7 @@ impl Document {
             },
             terms: terms.collect(),
             disagreements: ledger.disagreements(),
+            unread: ledger.unread(),
         }
     }
 
@@ -220,6 +223,9 @@ impl Document {
                     measured(self.per_pixel.measured.map(f64::from)),
                 ));
             }
+        }
+        for line in &self.unread {
+            table.push_str(&format!("note     {line}\n"));
         }
         for line in &self.disagreements {
             table.push_str(&format!("DIFFERS  {line}\n"));

@@ -341,6 +341,7 @@ mod tests {
             row("shade", "shadow", 1),
             row("shade", "input", 2),
             row("reduce", "texel", 9),
+            row("reduce", "buffer", 27),
             row("volume", "buffer", 27),
         ]);
         assert_eq!(fetches.per_pixel, 32);
@@ -354,7 +355,7 @@ mod tests {
             [
                 ("shade", 31, 3),
                 ("resolve", 1, 1),
-                ("reduce", 0, 1),
+                ("reduce", 0, 2),
                 ("volume", 0, 1)
             ]
         );

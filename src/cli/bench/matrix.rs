@@ -1,6 +1,9 @@
 //! The matrix of cases: which methods, sizes, meshes and light maps are measured.
 
-use crate::scene::{Bundled, Exits, Jitter, March, MeshSource, Method, Request, Single, Viewpoint};
+use crate::optics::mixture::Fit;
+use crate::scene::{
+    Bundled, Exits, Jitter, March, MeshSource, Method, Request, Single, Viewpoint, defaults,
+};
 
 /// A case before it is measured.
 #[derive(Clone, Debug)]
@@ -13,8 +16,6 @@ pub(super) struct Desc {
     pub(super) request: Request,
     /// Whether all frames share one light map.
     pub(super) rests: bool,
-    /// The budget that chose the method.
-    pub(super) budget: Option<u32>,
     /// The size of the picture whose error is measured, if it is.
     pub(super) error: Option<[u32; 2]>,
 }
@@ -34,6 +35,16 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
         split: None,
         frames_averaged: 1,
         jitter: Jitter::All,
+        // The cases say how they are drawn, whatever the scene file says.
+        fetch_budget: None,
+        samples: defaults::SAMPLES,
+        rings: defaults::RINGS,
+        moments: defaults::MOMENTS,
+        fourth_from: 0,
+        fourth_levels: None,
+        level_step: 1,
+        volumes: 0,
+        weights: Fit::Best,
         ..scene.clone()
     };
     let march = |steps| {
@@ -60,8 +71,10 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
             group,
             request,
             rests: false,
-            budget: None,
-            error: (group == "methods").then_some(small),
+            // What leaves a part of scattering out has no place among the others.
+            error: (group == "budgets"
+                || (group == "methods" && (name.contains("single") || name == "brdf")))
+                .then_some(small),
         });
     };
 
@@ -92,6 +105,19 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
         add("methods", "mixture 3, 4 volumes + single 8", volumes);
     }
     add("methods", "mixture 3 + single 8, light rests", mixture(8));
+
+    let budgets: &[u32] = if quick {
+        &[12]
+    } else {
+        &[4, 8, 12, 16, 24, 32, 64]
+    };
+    for &fetches in budgets {
+        let request = Request {
+            fetch_budget: Some(fetches),
+            ..base.clone()
+        };
+        add("budgets", &format!("budget {fetches}"), request);
+    }
 
     let samples: &[u32] = if quick {
         &[4, 8, 16]

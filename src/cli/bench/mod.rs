@@ -4,12 +4,14 @@ mod matrix;
 mod reduce;
 
 use super::failure::Failure;
-use super::{Global, print, values};
+use super::{Global, pareto, print, values};
 use crate::cpu::traced;
+use crate::frame;
 use crate::frame::cases::{Frames, Session};
+use crate::ledger::{Filter, budget};
 use crate::report::bench::{
     self, COVERED_PIXELS, Case, Cost, FETCHES, FORMAT, FRAME, Fit, Header, LIGHT_MAP_TEXELS, Run,
-    Spread, TRIANGLES,
+    Spread, TRIANGLES, baseline,
 };
 use crate::report::{Image, Output, compare, image};
 use crate::scene::{Jitter, Method, Plan, Request, Single};
@@ -47,6 +49,12 @@ pub(super) struct Arguments {
     /// Scene files, meshes or bundled meshes, as of 'marmor render' [default: statue]
     #[arg(value_name = "SCENE")]
     scenes: Vec<PathBuf>,
+
+    /// Measure the error of every plan that --fetch-budget may choose, and write the table to this file
+    ///
+    /// The one that ships is src/ledger/plans.csv. Takes some 10 minutes on two cores.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenes", "quick", "frames", "only", "list", "json", "csv", "html", "baseline"])]
+    pareto: Option<PathBuf>,
 
     /// A small matrix, small pictures and few frames: under a minute on two cores
     #[arg(long)]
@@ -90,10 +98,22 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     if let Some(What::Reduce(arguments)) = &arguments.what {
         return reduce::run(global, arguments);
     }
+    if let Some(out) = &arguments.pareto {
+        return pareto::run(global, out);
+    }
     let outputs = [&arguments.json, &arguments.csv, &arguments.html]
         .map(|path| path.as_deref().map(Output::check).transpose());
     let [json, csv, html] = outputs;
     let (json, csv, html) = (json?, csv?, html?);
+    let named: Vec<_> = [&json, &csv, &html].into_iter().flatten().collect();
+    for (at, output) in named.iter().enumerate() {
+        if named[..at].iter().any(|other| other.is(output)) {
+            return Err(Failure::Input(format!(
+                "{}: two outputs name the same file; give them different names",
+                output.path().display()
+            )));
+        }
+    }
     let baseline = arguments.baseline.as_deref().map(Run::read).transpose()?;
     let cases = cases(arguments)?;
     if arguments.list {
@@ -107,7 +127,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     let stopped = || stop.load(Ordering::Relaxed);
 
     let planned = cases.len();
-    let measured = measure(global, arguments, cases, &stopped)?;
+    let measured = measure(global, arguments, baseline.as_ref(), cases, &stopped)?;
     if let Some(output) = &json {
         measured.write(output)?;
     }
@@ -149,7 +169,13 @@ fn cases(arguments: &Arguments) -> Result<Vec<Desc>, Failure> {
         scenes => scenes,
     };
     let mut cases = Vec::new();
-    for scene in scenes {
+    for (at, scene) in scenes.iter().enumerate() {
+        if scenes[..at].contains(scene) {
+            return Err(Failure::Input(format!(
+                "{}: named twice; name each scene once",
+                scene.display()
+            )));
+        }
         let request = Request::open(scene)?;
         // A scene that cannot be drawn is refused before the others are measured.
         request.plan()?;
@@ -182,6 +208,7 @@ fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
 fn measure(
     global: &Global,
     arguments: &Arguments,
+    baseline: Option<&Run>,
     cases: Vec<Desc>,
     stop: &dyn Fn() -> bool,
 ) -> Result<Run, Failure> {
@@ -192,10 +219,15 @@ fn measure(
         .unwrap_or(if arguments.quick { 8 } else { 24 });
     let bar = bar(global.quiet, cases.len());
     let mut session = Session::open(&options)?;
+    let header = header(global, &session, date);
+    if let Some(old) = baseline {
+        // Before anything is measured for nothing.
+        baseline::check(&old.header, &header)?;
+    }
     let mut references = HashMap::new();
     let mut run = Run {
         format: FORMAT,
-        header: header(global, &session, date),
+        header,
         complete: true,
         frames,
         costs: Vec::new(),
@@ -205,13 +237,26 @@ fn measure(
     };
     for desc in cases {
         bar.set_message(desc.name.clone());
-        let plan = desc.request.plan()?;
-        let Some(measured) = session.measure(&options, &plan, frames, desc.rests, stop)? else {
-            run.complete = false;
-            break;
+        let plan = plan(&desc.request, session.filter())?;
+        let measured = match session.measure(&options, &plan, frames, desc.rests, stop) {
+            Ok(Some(measured)) => measured,
+            Ok(None) => {
+                run.complete = false;
+                break;
+            }
+            // A device too small for one case may do for the others.
+            Err(frame::Error::TooLarge(phrase)) => {
+                run.notes.push(format!("{}: left out: {phrase}", desc.name));
+                bar.inc(1);
+                continue;
+            }
+            Err(error) => return Err(error.into()),
         };
         let error = match desc.error {
-            Some(size) => Some(error(global, &desc.request, size, &mut references)?),
+            Some(size) => {
+                let filter = session.filter();
+                Some(error(global, &desc.request, filter, size, &mut references)?)
+            }
             None => None,
         };
         run.cases.push(case(&desc, &plan, measured, error)?);
@@ -232,7 +277,10 @@ fn measure(
             bytes: cost.access.bytes(),
         })
         .collect();
-    run.fits = fits(&run.cases);
+    // Of several scenes a line through all would say nothing of any.
+    if arguments.scenes.len() < 2 {
+        run.fits = fits(&run.cases);
+    }
     run.notes.push(
         "the floor of shade is measured: a build of it that reads the same textures as often, and does no more; other \
          floors are fetches times their price"
@@ -287,9 +335,9 @@ fn header(global: &Global, session: &Session, date: String) -> Header {
 }
 
 fn case(desc: &Desc, plan: &Plan, measured: Frames, error: Option<f64>) -> Result<Case, Failure> {
-    let picture = desc
-        .error
-        .map(|_| image::encode_png(plan.size, &measured.display))
+    let picture = ["methods", "budgets"]
+        .contains(&desc.group)
+        .then(|| image::encode_png(plan.size, &measured.display))
         .transpose()?;
     Ok(Case {
         name: desc.name.clone(),
@@ -301,7 +349,7 @@ fn case(desc: &Desc, plan: &Plan, measured: Frames, error: Option<f64>) -> Resul
         multiple: plan.multiple.to_string(),
         single: plan.single.to_string(),
         light_rests: desc.rests,
-        budget: desc.budget,
+        budget: desc.request.fetch_budget,
         fetches: measured.fetches,
         covered: measured.covered,
         error,
@@ -323,11 +371,20 @@ fn case(desc: &Desc, plan: &Plan, measured: Frames, error: Option<f64>) -> Resul
     })
 }
 
-/// rr of scattering alone, one frame, in a picture of `size`, against the sum over the light map and cast rays; each
-/// only where the method has it.
+/// The plan of a request; where it has a budget, the best that keeps to it.
+fn plan(request: &Request, filter: Filter) -> Result<Plan, Failure> {
+    let plan = request.plan()?;
+    match request.fetch_budget {
+        None => Ok(plan),
+        Some(fetches) => Ok(budget::choose(&budget::table()?, &plan, fetches, filter)?.0),
+    }
+}
+
+/// rr of scattering alone, one frame, in a picture of `size`, against the sum over the light map and cast rays.
 fn error(
     global: &Global,
     request: &Request,
+    filter: Filter,
     size: [u32; 2],
     references: &mut HashMap<String, Image>,
 ) -> Result<f64, Failure> {
@@ -339,7 +396,7 @@ fn error(
         ..request.clone()
     };
     let draw = |plan: &Plan| -> Result<Image, Failure> {
-        let mut picture = crate::frame::render(&global.options(), plan, &mut |_| ())?;
+        let mut picture = frame::render(&global.options(), plan, &mut |_| ())?;
         if plan.single == Single::Traced {
             let term = traced::picture(plan, &|| ());
             for (pixel, term) in picture.radiance.iter_mut().zip(term) {
@@ -356,25 +413,20 @@ fn error(
             encoded: false,
         })
     };
-    // What leaves single scattering out is compared with what it means to be; `brdf` means to be all of it.
-    let single = match small.single {
-        Single::Off if small.multiple != Method::Brdf => Single::Off,
-        _ => Single::Traced,
-    };
-    let key = format!("{}, {single}", request.name);
-    let reference = match references.entry(key) {
+    let reference = match references.entry(request.name.clone()) {
         Entry::Occupied(known) => known.into_mut(),
         Entry::Vacant(place) => {
             let truth = Request {
                 multiple: Method::Exact,
-                single,
+                single: Single::Traced,
                 split: None,
+                fetch_budget: None,
                 ..small.clone()
             };
             place.insert(draw(&truth.plan()?)?)
         }
     };
-    let image = draw(&small.plan()?)?;
+    let image = draw(&plan(&small, filter)?)?;
     Ok(compare(reference, &image)?.rr)
 }
 

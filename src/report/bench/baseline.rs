@@ -6,7 +6,7 @@
 //! grown where it grew by more than the yardstick did.
 
 use super::table::wrap;
-use super::{Case, Cost, FRAME, Run, Spread, digits};
+use super::{Case, Cost, FRAME, Header, Run, Spread, digits};
 use crate::report::Error;
 use serde::Serialize;
 
@@ -94,7 +94,7 @@ pub enum Verdict {
 /// The runs are of different devices, only one was validated, or they have no case or no
 /// cost of a fetch in common.
 pub fn compare(old: &Run, new: &Run) -> Result<Comparison, Error> {
-    check(old, new)?;
+    check(&old.header, &new.header)?;
     let yardstick = Yardstick::new(old, new)?;
     let mut comparison = Comparison {
         old: name(old),
@@ -134,8 +134,11 @@ fn fault(problem: String) -> Error {
     Error::of("the baseline", problem)
 }
 
-fn check(old: &Run, new: &Run) -> Result<(), Error> {
-    let (before, after) = (&old.header, &new.header);
+/// Whether runs with these headers can be compared.
+///
+/// # Errors
+/// They measured different devices, or only one was validated.
+pub fn check(before: &Header, after: &Header) -> Result<(), Error> {
     if before.device != after.device {
         return Err(fault(format!(
             "was measured on \"{}\", this run on \"{}\"; times of different devices do not \
@@ -198,6 +201,18 @@ fn change(old: &Case, new: &Case) -> Option<String> {
             )
         })
         .or_else(|| told("the method", old.label(), new.label()))
+        .or_else(|| {
+            told(
+                "the number of fetches",
+                old.fetches.to_string(),
+                new.fetches.to_string(),
+            )
+        })
+        .or_else(|| {
+            let share = |case: &Case| format!("{:.1} %", 100.0 * case.covered);
+            let moved = (old.covered - new.covered).abs() > 0.002;
+            moved.then(|| told("the share that is covered", share(old), share(new)))?
+        })
 }
 
 fn notes(old: &Run, new: &Run) -> Vec<String> {

@@ -85,7 +85,7 @@ impl Run {
         html.push_str(
             "<p>All cores of the device together, in a shader that does nothing else. A pass's \
              floor is the sum of these over its fetches: what it would take if all else were \
-             free.</p>\n",
+             free. That of shading is measured, by a build that only reads.</p>\n",
         );
         let rows = self.costs.iter().map(cost).collect();
         let columns = [
@@ -168,7 +168,7 @@ const FIGURES: [Column; 6] = [
 /// What the tables' columns mean.
 const LEGEND: &str = "Fetches are declared a pixel. The frame is the sum of its passes on the \
     device; the wall clock runs until the fence, and fps are by it. Each pass has its time, ms, \
-    and below it the fetches it executed in a frame and its time over its floor.";
+    and below it its fetches in a frame (declared times pixels or texels) and its time over its floor.";
 
 fn cases_table(cases: &[&Case], passes: &[&str]) -> String {
     let told = |column: &Column| {

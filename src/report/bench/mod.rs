@@ -139,11 +139,11 @@ pub struct Pass {
     pub pass: String,
     /// Time on the device, ms.
     pub time: Spread,
-    /// Fetches executed in a frame.
+    /// Fetches of a frame: declared times the pixels it covers, or the texels it writes.
     pub fetches: f64,
     /// What these fetches touch: bytes of a texel times texels of a tap, summed.
     pub bytes: f64,
-    /// Time that its fetches alone take by the run's [`Cost`]s, ms.
+    /// Time that its fetches alone take, ms: of shading measured by a build that only reads, else by the run's [`Cost`]s.
     pub floor: Option<f64>,
     /// Invocations of its shader in a frame, by the device's pipeline statistics.
     pub invocations: Option<u64>,

@@ -139,8 +139,8 @@ pub(super) const VALIDATION: &str =
     "VALIDATION ON: the layers slow every frame; measure without --validation to use the times";
 
 /// What the columns mean.
-pub const LEGEND: &str = "fetches: declared a pixel of a case, executed a frame in a pass. frame: \
-    the passes' times on the device. wall: until the fence; fps are by it. [p5 p95]: 5 % of the \
+pub const LEGEND: &str = "fetches: declared a pixel of a case; of a pass those of a frame, declared \
+    times pixels or texels, and what they touch. frame: the passes' times on the device. wall: until the fence; fps are by it. [p5 p95]: 5 % of the \
     frames took less, 95 % took less. x floor: the pass's time over what its fetches alone take.";
 
 fn case_lines(case: &Case) -> Vec<String> {
@@ -180,7 +180,11 @@ fn pass_line(pass: &Pass) -> String {
     );
     line.truncate(line.trim_end().len());
     if let Some(factor) = pass.over_floor() {
-        line.push_str(&format!(" {:>8} x floor", digits(factor)));
+        line.push_str(&format!(
+            " {:>8} x floor, {}B",
+            digits(factor),
+            count(pass.bytes)
+        ));
     }
     line
 }

@@ -74,8 +74,8 @@ impl Run {
             median, p5, p95, ..
         } = Spread::of(factors);
         Some(format!(
-            "The pass {name} takes {} times as long as its fetches alone would, by the costs \
-             below ({} to {} in nine of ten cases).",
+            "The pass {name} takes {} times as long as its fetches alone would \
+             ({} to {} in nine of ten cases).",
             digits(median),
             digits(p5),
             digits(p95)
@@ -96,6 +96,7 @@ fn median(pass: &Pass) -> f64 {
 fn front(group: &str, scene: &str, cases: &[&Case]) -> Option<String> {
     let mut rated: Vec<(f64, f64, &Case)> = cases
         .iter()
+        .filter(|case| !case.light_rests)
         .filter_map(|case| Some((case.device.median, case.error?, *case)))
         .filter(|(_, error, _)| error.is_finite())
         .collect();
