@@ -140,7 +140,7 @@ pub(super) const VALIDATION: &str =
 
 /// What the columns mean.
 pub const LEGEND: &str = "fetches: declared a pixel of a case; of a pass those of a frame, declared \
-    times pixels or texels, and what they touch. frame: the passes' times on the device. wall: until the fence; fps are by it. [p5 p95]: 5 % of the \
+    times pixels or texels, and the bytes that they touch. frame: the passes' times on the device. wall: until the fence; fps are by it. [p5 p95]: 5 % of the \
     frames took less, 95 % took less. x floor: the pass's time over what its fetches alone take.";
 
 fn case_lines(case: &Case) -> Vec<String> {
@@ -171,7 +171,7 @@ fn pass_line(pass: &Pass) -> String {
         &format!("  {}", pass.pass),
         [
             count(pass.fetches),
-            String::new(),
+            bytes(pass.bytes),
             digits(pass.time.median),
             ends(pass.time),
             String::new(),
@@ -180,13 +180,18 @@ fn pass_line(pass: &Pass) -> String {
     );
     line.truncate(line.trim_end().len());
     if let Some(factor) = pass.over_floor() {
-        line.push_str(&format!(
-            " {:>8} x floor, {}B",
-            digits(factor),
-            count(pass.bytes)
-        ));
+        line.push_str(&format!(" {:>8} x floor", digits(factor)));
     }
     line
+}
+
+/// Bytes in a column of rr, where a pass has none; nothing of none.
+fn bytes(bytes: f64) -> String {
+    if bytes > 0.0 {
+        format!("{}B", count(bytes))
+    } else {
+        String::new()
+    }
 }
 
 fn row(name: &str, [fetches, rr, frame, ends, wall, rate]: [String; 6]) -> String {
@@ -270,7 +275,7 @@ mod tests {
         (case.device, case.wall) = (spread(12.0), spread(20.0));
         case.passes.truncate(1);
         case.passes[0].time = spread(3.0);
-        case.passes[0].fetches = 2e6;
+        (case.passes[0].fetches, case.passes[0].bytes) = (2e6, 32e6);
         case.passes[0].floor = Some(1.5);
         let lines = case_lines(case);
         let words: Vec<Vec<&str>> = lines
@@ -286,7 +291,8 @@ mod tests {
         assert_eq!(
             words[1],
             [
-                "light", "2.00", "M", "3.00", "[", "1.50", "6.00]", "2.00", "x", "floor"
+                "light", "2.00", "M", "32.0", "MB", "3.00", "[", "1.50", "6.00]", "2.00", "x",
+                "floor"
             ]
         );
     }
