@@ -6,7 +6,9 @@ use glam::{DVec2, DVec3};
 use marmor::cpu::{GBuffer, LightMap};
 use marmor::frame::{Options, Renderer, Setup, Target, open_device};
 use marmor::gpu::Device;
-use marmor::scene::{Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scene, Single};
+use marmor::scene::{
+    Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scattering, Scene, Single,
+};
 
 /// One GPU test at a time: the device is shared, and two cores are few.
 static TURN: Mutex<()> = Mutex::new(());
@@ -118,6 +120,7 @@ pub fn plan(
         multiple,
         split: None,
         single: Single::Off,
+        scattering: Scattering::Full,
         specular: false,
         light_map: 128,
         frames_averaged: 1,

@@ -346,7 +346,7 @@ fn case(desc: &Desc, plan: &Plan, measured: Frames, error: Option<f64>) -> Resul
         triangles: plan.scene.mesh.triangles.len() as u64,
         size: plan.size,
         light_map: plan.light_map,
-        multiple: plan.multiple.to_string(),
+        multiple: plan.method_name(),
         single: plan.single.to_string(),
         light_rests: desc.rests,
         budget: desc.request.fetch_budget,
