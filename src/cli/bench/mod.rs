@@ -14,7 +14,7 @@ use crate::report::bench::{
     Spread, TRIANGLES, baseline,
 };
 use crate::report::{Image, Output, compare, image};
-use crate::scene::{Jitter, Method, Plan, Request, Single};
+use crate::scene::{Jitter, Method, Plan, Request, Scattering, Single};
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matrix::Desc;
@@ -418,6 +418,7 @@ fn error(
         Entry::Vacant(place) => {
             let truth = Request {
                 multiple: Method::Exact,
+                scattering: Scattering::Full,
                 single: Single::Traced,
                 split: None,
                 fetch_budget: None,
