@@ -34,6 +34,8 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("probe.frag", "volume", &["VOLUME"]),
     ("probe.frag", "storage", &["STORAGE"]),
     ("probe.frag", "storage scalar", &["STORAGE_SCALAR"]),
+    // Scattering comes from the picture of half the size.
+    ("shade.frag", "half", &["METHOD_HALF"]),
     ("resolve.frag", "", &[]),
     ("resolve.frag", "encode", &["ENCODE"]),
 ];

@@ -57,6 +57,12 @@ vec4 multiple_reads(vec3 q) {
         sum += FETCH_LINEAR(smoothed, level_place(i, st), frame.map.yz);
     }
 #endif
+#if defined(METHOD_HALF)
+    vec2 at = 0.5 * gl_FragCoord.xy - fract(0.5 * gl_FragCoord.xy - 0.5);
+    [[unroll]] for (int k = 0; k < 4; ++k) {
+        sum += FETCH_NEAREST(half_radiance, at + vec2(k & 1, k >> 1), vec2(textureSize(half_radiance, 0)));
+    }
+#endif
 #if defined(VOLUMES)
     vec3 at = vec3(st, q.z * frame.volume_scale.w);
     const int blended = FINE + FOUR + COARSE;

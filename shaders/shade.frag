@@ -28,6 +28,8 @@ layout(binding = 9) uniform sampler2D smoothed_fourth;
 #if defined(VOLUMES)
 layout(binding = 10) uniform sampler3D volumes;
 #endif
+#elif defined(METHOD_HALF)
+layout(binding = 8) uniform sampler2D half_radiance;
 #endif
 
 // Before any work: pixels that nothing covers must cost nothing.
@@ -36,6 +38,9 @@ layout(early_fragment_tests) in;
 layout(location = 0) out vec4 out_radiance;
 
 layout(constant_id = 0) const bool SPECULAR = true;
+// Whether this is shaded at half size: the fourth component is then the distance along the optical axis, by which
+// surfaces are told apart, in place of coverage.
+layout(constant_id = 7) const bool HALVED = false;
 
 #if defined(METHOD_BRDF)
 const bool NEEDS_VISIBILITY = true;
@@ -62,6 +67,8 @@ float visibility(vec3 p, vec3 n) {
 
 #if defined(FLOOR)
 #include "floor.glsl"
+#elif defined(METHOD_HALF)
+#include "half.glsl"
 #else
 #include "multiple.glsl"
 #if defined(SINGLE)
@@ -85,18 +92,24 @@ void main() {
     out_radiance = 1e-3 * sum + lit;
 #else
     COUNT_AS(TERM_MULTIPLE);
+#if defined(METHOD_HALF)
+    vec3 radiance = leaving(n, wo, frame.sigma_tr.w) * scattered(depth, n);
+#else
     vec3 radiance = leaving(n, wo, frame.sigma_tr.w) * multiple_scattering(p, n, lit);
+#endif
 #if defined(SINGLE)
     COUNT_AS(TERM_SINGLE);
     radiance += single_scattering(p, depth, n, wo);
 #endif
     COUNT_AS(TERM_OTHER);
+    // What of it gets out changes within a pixel where the surface turns away: a matter of the picture's own size.
+    if (HALVED) radiance /= leaving(n, wo, frame.sigma_tr.w);
     if (SPECULAR) {
         vec3 wi = -frame.light_z.xyz;
         float value = ggx(n, wo, wi, frame.z_r.w, frame.sigma_tr.w);
         radiance += frame.irradiance.rgb * value * max(0.0, dot(n, wi)) * lit;
     }
-    out_radiance = vec4(radiance, 1.0);
+    out_radiance = vec4(radiance, HALVED ? axial(depth) : 1.0);
     STORE_COUNTS(ivec2(gl_FragCoord.xy), false);
 #endif
 }

@@ -55,10 +55,14 @@ float axial(float depth) {
     return frame.eye.w / (frame.ray_0.w - depth * frame.ray_x.w);
 }
 
+// The ray through pixel coordinates `xy`, whose component along the optical axis is 1.
+vec3 view_ray(vec2 xy) {
+    return frame.ray_0.xyz + xy.x * frame.ray_x.xyz + xy.y * frame.ray_y.xyz;
+}
+
 // The position seen at pixel coordinates `xy`.
 vec3 position(vec2 xy, float depth) {
-    vec3 ray = frame.ray_0.xyz + xy.x * frame.ray_x.xyz + xy.y * frame.ray_y.xyz;
-    return frame.eye.xyz + ray * axial(depth);
+    return frame.eye.xyz + view_ray(xy) * axial(depth);
 }
 
 // Unit vector to the octahedron folded onto [-1, 1]^2 (Cigolle et al. 2014), and back.

@@ -475,6 +475,48 @@ const CASES: &[Case] = &[
         &["--single", "no effect", "brdf", "--multiple none"],
     ),
     case(
+        "half size of the reference",
+        &[],
+        "render --multiple exact --scattering half -o out.png",
+        &["scattering half", "exact", "reference", "--scattering full"],
+    ),
+    case(
+        "half size without transport",
+        &[],
+        "render --multiple brdf --single off --scattering half -o out.png",
+        &["scattering half", "no effect", "brdf", "--scattering full"],
+    ),
+    case(
+        "half size of a split picture",
+        &[],
+        "render --multiple mixture --split samples --scattering half -o out.png",
+        &["scattering half", "split", "--scattering full"],
+    ),
+    case(
+        "half size of rays",
+        &[],
+        "render --multiple mixture --single traced --scattering half -o out.png",
+        &["scattering half", "traced", "--scattering full"],
+    ),
+    case(
+        "half size of nothing",
+        &[],
+        "render --multiple none --single off --scattering half -o out.png",
+        &["scattering half", "nothing to shade", "--single 8"],
+    ),
+    case(
+        "unknown size of scattering",
+        &[],
+        "render --scattering hafl -o out.png",
+        &["--scattering", "did you mean \"half\"?"],
+    ),
+    case(
+        "unknown size of scattering in a file",
+        &[("s.toml", b"[method]\nscattering = \"quarter\"\n")],
+        "render s.toml -o out.png",
+        &["s.toml:2", "quarter", "full, half"],
+    ),
+    case(
         "exits without a march",
         &[],
         "render --single off --exits nearest -o out.png",

@@ -10,7 +10,8 @@ use marmor::cpu::{self, shade::Shading};
 use marmor::frame::{Renderer, Setup};
 use marmor::ledger::Filter;
 use marmor::scene::{
-    Exits, Fourth, Jitter, March, Mesh, Method, Mixture, Multiple, Plan, Request, Single, Viewpoint,
+    Exits, Fourth, Jitter, March, Mesh, Method, Mixture, Multiple, Plan, Request, Scattering,
+    Single, Viewpoint,
 };
 
 const SIZE: [u32; 2] = [160, 120];
@@ -253,14 +254,16 @@ fn compare_shading(device: &TestDevice, plan: &Plan) -> (Vec<[f64; 4]>, Vec<[f64
     let noise = cpu::shade::noise();
     let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
     shading.reduce(plan.multiple);
-    let twin = cpu::shade::shade(
-        &gbuffer,
-        &renderer.view(0),
-        &shading,
-        plan.multiple,
-        plan.march(plan.multiple),
-        plan.specular,
-    );
+    let (view, march) = (renderer.view(0), plan.march(plan.multiple));
+    let twin = if plan.scattering == Scattering::Half {
+        let seen = device::half_gbuffer(&mut renderer, plan.size);
+        let half_view = view.halved(plan.size).0;
+        let half = cpu::shade::halved(&seen, &half_view, &shading, plan.multiple, march);
+        cpu::shade::upsampled(&gbuffer, &view, &shading, &half, plan.specular)
+    } else {
+        let multiple = plan.multiple;
+        cpu::shade::shade(&gbuffer, &view, &shading, multiple, march, plan.specular)
+    };
     (twin, device::wide(&renderer.radiance().expect("radiance")))
 }
 
@@ -468,6 +471,105 @@ fn single() {
     }
 }
 
+#[test]
+fn half() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let march = Single::March(March {
+        steps: 8,
+        exits: Exits::Linear,
+    });
+    for (name, multiple, single, size) in [
+        (
+            "marble",
+            Multiple::Mixture(Mixture::THREE),
+            march,
+            [200, 150],
+        ),
+        (
+            "skin1",
+            Multiple::Mixture(Mixture::FOUR),
+            Single::Off,
+            [201, 149],
+        ),
+        ("ketchup", Multiple::Rings(6), march, [200, 151]),
+        ("marble", Multiple::None, march, [200, 150]),
+    ] {
+        let mut plan = marble([60.0, 35.0], multiple);
+        plan.scene.material = medium(name).material();
+        (plan.single, plan.size) = (single, size);
+        plan.specular = true;
+        plan.scattering = Scattering::Half;
+        let (twin, gpu) = compare_shading(&device, &plan);
+        let what = format!("{name}, {}, {}", plan.method_name(), plan.single);
+        // As the methods themselves agree: what lies at an edge may see the other side of it.
+        agree(&what, &twin, &gpu, 0.1);
+        let rr = device::rr(&twin, &gpu);
+        assert!(rr < 2e-3, "{what}: rr {rr}");
+        // Seen at half size it is the same surface.
+        let mut renderer = rendered(&device, &plan);
+        let seen = device::half_gbuffer(&mut renderer, size);
+        let mut mesh = plan.scene.mesh.clone();
+        mesh.positions
+            .iter_mut()
+            .for_each(|p| *p -= renderer.center());
+        let view = renderer.view(0).halved(size).0;
+        let drawn = cpu::view::draw(&mesh, &view, seen.width, seen.height);
+        let some =
+            |depth: &[f64]| -> Vec<_> { depth.iter().map(|&d| (d < 1.0).then_some(d)).collect() };
+        let depths = [&seen.depth, &drawn.depth].map(|depth| some(depth));
+        compare("half depth", seen.width, &depths[0], &depths[1], 2e-6, 0.05);
+    }
+}
+
+/// What half the size costs: nothing where the surface is smooth, a pixel or two where it is not; and no seams.
+#[test]
+fn half_is_close_to_full() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for (size, material, most, per_mille) in [
+        ([800, 600], "marble", 0.034, 2),
+        ([800, 600], "skin1", 0.039, 2),
+        ([200, 150], "marble", 0.14, 20),
+    ] {
+        let request = Request {
+            multiple: Method::Mixture,
+            material: medium(material).material(),
+            size,
+            jitter: Jitter::Off,
+            ..Request::statue()
+        };
+        let mut plan = request.plan().expect("a plan");
+        assert_eq!(
+            plan.scattering,
+            Scattering::Full,
+            "half is asked for by name"
+        );
+        let full = device::wide(&device::render(&device, &plan));
+        plan.scattering = Scattering::Half;
+        let half = device::wide(&device::render(&device, &plan));
+        let rr = device::rr(&full, &half);
+        let covered = full.iter().zip(&half).filter(|(f, _)| f[3] > 0.0);
+        let luminance = |p: &[f64; 4]| p[0] + p[1] + p[2];
+        // Where no pixel of the half sees a surface, it is lit as another: rarely by much, and never left black.
+        let (mut pixels, mut far) = (0, 0);
+        for (f, h) in covered {
+            assert_eq!(f[3], h[3], "coverage is the picture's own");
+            let ratio = luminance(h) / luminance(f);
+            assert!(ratio > 0.05, "{size:?} {material}: a pixel is left black");
+            pixels += 1;
+            far += usize::from(!(0.5..=2.0).contains(&ratio));
+        }
+        assert!(
+            far * 1000 <= pixels * per_mille,
+            "{size:?} {material}: {far} of {pixels} pixels are off by more than a factor of two"
+        );
+        assert!(rr < most, "{size:?} {material}: rr {rr}");
+    }
+}
+
 /// A device that cannot filter 32-bit floats draws the same picture from four reads a tap.
 #[test]
 fn taps_of_four_texels_are_bilinear_taps() {
@@ -635,25 +737,31 @@ fn frames_do_not_race_with_each_other() {
             });
         }
         plan.frames_averaged = 2;
-        // The second frame draws the light map anew, or shades from that of the first.
-        for jitter in [Jitter::All, Jitter::Samples] {
-            plan.jitter = jitter;
-            let mut renderer = Renderer::new(
-                &device.device,
-                &plan,
-                &Setup {
-                    keep_gbuffer: keep,
-                    ..Setup::default()
-                },
-            )
-            .expect("a renderer");
-            renderer.render_pair().expect("two frames");
-            let pair = renderer.radiance().expect("radiance");
-            renderer.render(&mut |_| ()).expect("two frames again");
-            assert!(
-                pair == renderer.radiance().expect("radiance"),
-                "another picture"
-            );
+        for scattering in [Scattering::Full, Scattering::Half] {
+            if scattering == Scattering::Half && plan.split.is_some() {
+                continue;
+            }
+            plan.scattering = scattering;
+            // The second frame draws the light map anew, or shades from that of the first.
+            for jitter in [Jitter::All, Jitter::Samples] {
+                plan.jitter = jitter;
+                let mut renderer = Renderer::new(
+                    &device.device,
+                    &plan,
+                    &Setup {
+                        keep_gbuffer: keep,
+                        ..Setup::default()
+                    },
+                )
+                .expect("a renderer");
+                renderer.render_pair().expect("two frames");
+                let pair = renderer.radiance().expect("radiance");
+                renderer.render(&mut |_| ()).expect("two frames again");
+                assert!(
+                    pair == renderer.radiance().expect("radiance"),
+                    "another picture"
+                );
+            }
         }
     }
 }

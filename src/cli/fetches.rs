@@ -78,7 +78,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
         ledger,
         [counted.device, counted.driver, plan.scene.name.clone()],
         plan.size,
-        [plan.multiple.to_string(), plan.single.to_string()],
+        [plan.method_name(), plan.single.to_string()],
     );
     if let Some(output) = map {
         let map = heatmap::fetches(plan.size, &ledger.pixels, ledger.declared() as u32);

@@ -35,6 +35,16 @@ pub enum Target {
     ViewNormal,
     /// Radiance of the last frame.
     Radiance,
+    /// As [`Target::BackDepth`], where scattering is shaded at half size; else the same.
+    HalfBackDepth,
+    /// As [`Target::BackNormal`], alike.
+    HalfBackNormal,
+    /// As [`Target::ViewDepth`], alike.
+    HalfViewDepth,
+    /// As [`Target::ViewNormal`], alike.
+    HalfViewNormal,
+    /// The radiance that is scattered at half size, and its distance along the optical axis; else as [`Target::Radiance`].
+    HalfRadiance,
 }
 
 impl Renderer {
@@ -47,6 +57,23 @@ impl Renderer {
     /// What the driver says.
     pub fn read(&mut self, target: Target) -> gpu::Result<Vec<[f32; 4]>> {
         let exact = self.exact.is_some();
+        // At half size a frame leaves all as it does at the picture's.
+        let (gbuffer, radiance, target) = match (&self.half, target) {
+            (Some(half), Target::HalfBackDepth) => {
+                (&half.gbuffer, &half.radiance, Target::BackDepth)
+            }
+            (Some(half), Target::HalfBackNormal) => {
+                (&half.gbuffer, &half.radiance, Target::BackNormal)
+            }
+            (Some(half), Target::HalfViewDepth) => {
+                (&half.gbuffer, &half.radiance, Target::ViewDepth)
+            }
+            (Some(half), Target::HalfViewNormal) => {
+                (&half.gbuffer, &half.radiance, Target::ViewNormal)
+            }
+            (Some(half), Target::HalfRadiance) => (&half.gbuffer, &half.radiance, Target::Radiance),
+            _ => (&self.gbuffer, &self.canvas.radiance, target),
+        };
         let pyramid = self.map.pyramid.as_ref();
         let fourth = pyramid.and_then(|p| p.fourth.as_ref());
         let (image, state): (&Image, Use) = match target {
@@ -73,25 +100,22 @@ impl Renderer {
                     .map_or(&self.map.moments, |l| &l.image);
                 (image, Use::FRAGMENT_SAMPLE)
             }
-            Target::BackDepth => (
-                &self.gbuffer.back,
-                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
-            ),
-            Target::BackNormal => (
-                &self.gbuffer.back_normal,
+            Target::BackDepth | Target::HalfBackDepth => {
+                (&gbuffer.back, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT))
+            }
+            Target::BackNormal | Target::HalfBackNormal => (
+                &gbuffer.back_normal,
                 Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
             ),
-            Target::ViewDepth if exact => (&self.gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
-            Target::ViewDepth => (
-                &self.gbuffer.depth,
-                Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT),
-            ),
-            Target::ViewNormal if exact => (&self.gbuffer.normal, Use::COMPUTE_SAMPLE),
-            Target::ViewNormal => (
-                &self.gbuffer.normal,
-                Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
-            ),
-            Target::Radiance => (&self.canvas.radiance, Use::FRAGMENT_SAMPLE),
+            Target::ViewDepth if exact => (&gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
+            Target::ViewDepth | Target::HalfViewDepth => {
+                (&gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT))
+            }
+            Target::ViewNormal if exact => (&gbuffer.normal, Use::COMPUTE_SAMPLE),
+            Target::ViewNormal | Target::HalfViewNormal => {
+                (&gbuffer.normal, Use::COLOR_WRITE.left_in(Use::COLOR_INPUT))
+            }
+            Target::Radiance | Target::HalfRadiance => (radiance, Use::FRAGMENT_SAMPLE),
         };
         let [width, height] = image.size();
         let bytes = match image.format() {

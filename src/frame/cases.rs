@@ -6,7 +6,7 @@ use super::probe::{FetchCost, Probe};
 use super::run::{Error, Options, check_fit, open_device};
 use super::{Renderer, SHADE_PASS, Setup, Shaders, filter_of};
 use crate::gpu::Device;
-use crate::ledger::{self, Declared, INPUT, TEXEL};
+use crate::ledger::{self, Declared, HALF_SHADE, HALF_SHARE, INPUT, TEXEL};
 use crate::scene::pyramid::Atlas;
 use crate::scene::{Multiple, Plan};
 
@@ -56,7 +56,7 @@ pub struct Pass {
     pub fetches: f64,
     /// What these fetches touch.
     pub bytes: f64,
-    /// What they alone take, ms: of the shade pass measured by a build of it that only reads; of others by the
+    /// What they alone take, ms: of the passes that shade measured by a build of it that only reads; of others by the
     /// probe's price of each.
     pub floor: Option<f64>,
     /// Invocations of fragment shaders in a frame, where the device counts them.
@@ -129,7 +129,7 @@ impl Session {
         renderer.redraw_light = !rests;
         let mut wall = Vec::new();
         let mut device = Vec::new();
-        let mut floor = Vec::new();
+        let mut floor = [SHADE_PASS, HALF_SHADE].map(|pass| (pass, Vec::new()));
         let mut passes = Vec::<(String, Vec<f64>)>::new();
         for frame in 0..WARM_UP + frames {
             if stop() {
@@ -141,8 +141,10 @@ impl Session {
                 reads.render_frames(frame..frame + 1, &mut |_| ())?;
                 if counts {
                     let times = reads.pass_times();
-                    let shade = times.iter().find(|time| time.pass == SHADE_PASS);
-                    floor.extend(shade.map(|time| time.milliseconds));
+                    for (pass, all) in &mut floor {
+                        let shade = times.iter().find(|time| time.pass == *pass);
+                        all.extend(shade.map(|time| time.milliseconds));
+                    }
                 }
             }
             let took = renderer.render_frames(frame..frame + 1, &mut |_| ())?;
@@ -165,13 +167,13 @@ impl Session {
         let radiance = renderer.radiance()?;
         let covered = radiance.iter().filter(|p| p[3] > 0.0).count();
         let declared = ledger::declared(plan, self.filter());
-        let shade_floor = median(floor);
+        let floor = floor.map(|(pass, all)| (pass, median(all)));
         let passes = passes
             .into_iter()
             .map(|(pass, milliseconds)| {
                 let mut of_pass = self.reads(plan, &declared, &pass, covered as f64);
-                if pass == SHADE_PASS {
-                    of_pass.floor = shade_floor;
+                if let Some((_, floor)) = floor.iter().find(|(of, _)| *of == pass) {
+                    of_pass.floor = *floor;
                 }
                 Pass {
                     invocations: renderer.invocations(&pass),
@@ -213,6 +215,8 @@ impl Session {
             let times = match (line.term, pass) {
                 (TEXEL, _) => texels(plan, line),
                 (_, "resolve") => width * height,
+                // As many as its pixels lie over, but for edges.
+                (_, HALF_SHADE) => covered / f64::from(HALF_SHARE),
                 _ => covered,
             };
             let fetches = f64::from(line.per_pixel) * times;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::shade::{self, PartDesc};
-use super::{Renderer, parts, reduce, resolve, shaders};
+use super::{Renderer, SHADE_PASS, half_parts, parts, reduce, resolve, shaders};
 use crate::gpu::{self, Binding, Buffer, Device, Location, Shader, Use};
 use crate::ledger::{self, Counts, Filter, Stage};
 use crate::scene::{Multiple, Plan};
@@ -46,7 +46,7 @@ pub enum Shaders {
 
 /// Where the counting build stores its counts, a buffer for each shader.
 pub struct Counters {
-    stages: Vec<(&'static str, Buffer)>,
+    stages: Vec<(&'static str, u32, Buffer)>,
 }
 
 impl Counters {
@@ -66,13 +66,15 @@ impl Counters {
         // The bands of `exact` share theirs.
         let stages = stages.iter().filter(|stage| names.insert(stage.shader));
         let stages = stages.map(|stage| {
-            let entries = match stage.texels {
-                Some(_) => 1,
-                None => size[0] as usize * size[1] as usize,
+            let [columns, rows] = match (stage.texels, stage.pass) {
+                (Some(_), _) => [1, 1],
+                (None, ledger::HALF_SHADE) => size.map(|side| side.div_ceil(2)),
+                (None, _) => size,
             };
+            let entries = columns as usize * rows as usize;
             // The columns, and the counts.
             let mut data = vec![[0u32; 4]; 1 + entries];
-            data[0][0] = size[0];
+            data[0][0] = columns;
             let mut buffer = Buffer::new(
                 device,
                 &format!("counts of {}", stage.shader),
@@ -81,7 +83,7 @@ impl Counters {
                 Location::Readback,
             )?;
             buffer.write(bytemuck::cast_slice(&data))?;
-            Ok((stage.shader, buffer))
+            Ok((stage.shader, columns, buffer))
         });
         Ok(Counters {
             stages: stages.collect::<gpu::Result<_>>()?,
@@ -90,7 +92,7 @@ impl Counters {
 
     /// The buffers, for barriers.
     pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
-        self.stages.iter().map(|(_, buffer)| buffer)
+        self.stages.iter().map(|(.., buffer)| buffer)
     }
 
     /// What the last frame has counted.
@@ -98,10 +100,11 @@ impl Counters {
     /// # Errors
     /// What the driver says.
     pub fn read(&self) -> gpu::Result<Vec<Counts>> {
-        let counts = self.stages.iter().map(|(shader, buffer)| {
+        let counts = self.stages.iter().map(|(shader, columns, buffer)| {
             let words: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(buffer.read()?);
             Ok(Counts {
                 shader,
+                columns: *columns,
                 reads: words[1..].to_vec(),
             })
         });
@@ -129,11 +132,11 @@ impl<'a> Build<'a> {
     /// The bindings of `shader`: its own, and in a counting build the counts.
     pub fn bindings(self, shader: &Shader, own: Vec<Binding<'a>>) -> Vec<Binding<'a>> {
         let counts = self.counters().and_then(|counters| {
-            let of = |(name, _): &&(&str, Buffer)| *name == shader.name;
+            let of = |(name, ..): &&(&str, u32, Buffer)| *name == shader.name;
             counters.stages.iter().find(of)
         });
         let mut bindings = own;
-        if let Some((_, buffer)) = counts {
+        if let Some((.., buffer)) = counts {
             bindings.resize(COUNTS, Binding::Unused);
             bindings.push(Binding::StorageBuffer(buffer));
         }
@@ -179,6 +182,20 @@ pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
             _ => {}
         }
     }
+    for part in &half_parts(plan, &frame) {
+        let shader = match shaders {
+            Shaders::Floor => shade::variant(part, filter).floored(),
+            _ => *shade::variant(part, filter),
+        };
+        add(
+            ledger::HALF_SHADE,
+            &shader,
+            // The surface's reflection is the picture's own.
+            &shade::constants(part, false),
+            &[],
+            None,
+        );
+    }
     let parts = parts(plan, &frame);
     for part in &parts {
         let shader = match shaders {
@@ -187,7 +204,7 @@ pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
             Shaders::Plain | Shaders::Counting => *shade::variant(part, filter),
         };
         add(
-            "shade",
+            SHADE_PASS,
             &shader,
             &shade::constants(part, plan.specular),
             &[],

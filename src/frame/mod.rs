@@ -11,6 +11,7 @@ pub mod cases;
 mod exact;
 mod fetches;
 mod geometry;
+mod half;
 mod light;
 pub mod measure;
 pub mod probe;
@@ -50,16 +51,17 @@ use crate::gpu::{
     self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Statistics, Timestamps,
     Use, barrier, submit,
 };
-use crate::ledger::{EXACT_TEXELS, Filter};
+use crate::ledger::{EXACT_TEXELS, Filter, HALF_SHADE as HALF_SHADE_PASS};
 use crate::optics::sampling::r2;
 use crate::optics::single::PathFit;
 use crate::scene::volume::Volumes;
-use crate::scene::{Jitter, LightFrame, Multiple, Plan, Taps, View};
+use crate::scene::{Jitter, LightFrame, Multiple, Plan, Scattering, Taps, View};
 use boxes::BoxesPass;
 use bytemuck::Zeroable;
 use exact::ExactPass;
 use fetches::{Build, COUNTING, Counters};
 use geometry::Geometry;
+use half::HalfPass;
 use light::LightPass;
 use reduce::ReducePass;
 use resolve::ResolvePass;
@@ -82,11 +84,14 @@ const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 const EXACT_PAIRS: u64 = 1 << 24;
 
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
-const PASSES: [(&str, &CStr); 10] = [
+const PASSES: [(&str, &CStr); 13] = [
     ("light", c"light"),
     ("reduce", c"reduce"),
     ("boxes", c"boxes"),
     ("volume", c"volume"),
+    ("half back", c"half back"),
+    ("half view", c"half view"),
+    (HALF_SHADE_PASS, c"half shade"),
     ("back", c"back"),
     ("view", c"view"),
     (SHADE_PASS, c"shade"),
@@ -98,15 +103,23 @@ const LIGHT: u32 = 0;
 const REDUCE: u32 = 1;
 const BOXES: u32 = 2;
 const VOLUME: u32 = 3;
-const BACK: u32 = 4;
-const VIEW: u32 = 5;
-const SHADE: u32 = 6;
-const EXACT: u32 = 7;
-const RESOLVE: u32 = 8;
-const READBACK: u32 = 9;
+const HALF_BACK: u32 = 4;
+const HALF_VIEW: u32 = 5;
+const HALF_SHADE: u32 = 6;
+const BACK: u32 = 7;
+const VIEW: u32 = 8;
+const SHADE: u32 = 9;
+const EXACT: u32 = 10;
+const RESOLVE: u32 = 11;
+const READBACK: u32 = 12;
 
 /// The passes that draw, and whose fragments can be counted.
-const DRAWS: [u32; 5] = [LIGHT, BACK, VIEW, SHADE, RESOLVE];
+const DRAWS: [u32; 8] = [
+    LIGHT, HALF_BACK, HALF_VIEW, HALF_SHADE, BACK, VIEW, SHADE, RESOLVE,
+];
+
+/// The passes that are subpasses of a camera: back faces, G-buffer and shading.
+const CAMERAS: [[u32; 3]; 2] = [[HALF_BACK, HALF_VIEW, HALF_SHADE], [BACK, VIEW, SHADE]];
 
 /// The name of the pass that shades.
 const SHADE_PASS: &str = "shade";
@@ -157,6 +170,7 @@ pub struct Renderer {
     reduce: Option<ReducePass>,
     box_levels: Option<BoxesPass>,
     volume: Option<VolumePass>,
+    half: Option<HalfPass>,
     camera: RenderPass,
     view: ViewPass,
     shade: ShadePass,
@@ -186,6 +200,7 @@ pub struct Renderer {
     measure: bool,
     keep_gbuffer: bool,
     marches: bool,
+    half_marches: bool,
     counters: Option<Counters>,
     device: Arc<Device>,
 }
@@ -252,19 +267,21 @@ impl Renderer {
                 Statistics::new(device, &format!("statistics {i}"), PASSES.len() as u32).transpose()
             })
             .collect::<gpu::Result<Vec<_>>>()?;
-        let uniforms = (0..FRAMES_IN_FLIGHT)
-            .map(|i| {
+        let uniforms_of = |prefix: &str| {
+            let uniforms = (0..FRAMES_IN_FLIGHT).map(|i| {
                 let size = size_of::<Uniforms>() as u64;
                 let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
                 Buffer::new(
                     device,
-                    &format!("uniforms {i}"),
+                    &format!("{prefix}uniforms {i}"),
                     size,
                     usage,
                     Location::Upload,
                 )
-            })
-            .collect::<gpu::Result<Vec<_>>>()?;
+            });
+            uniforms.collect::<gpu::Result<Vec<_>>>()
+        };
+        let uniforms = uniforms_of("")?;
         let geometry = Geometry::new(device, mesh, center)?;
         let map = LightMap::new(device, plan.light_map, pyramid.as_ref())?;
         let has_rings = plan.methods().any(|m| matches!(m, Multiple::Rings(_)));
@@ -286,7 +303,7 @@ impl Renderer {
             VolumeTable::new(taps, &light_frame)
         });
         let kept = taps.as_ref().map_or(0.0, Taps::kept);
-        let gbuffer = GBuffer::new(device, plan.size)?;
+        let gbuffer = GBuffer::new(device, "", plan.size)?;
         let canvas = Canvas::new(device, plan.size)?;
         let readback = |name, bytes: u64| {
             let size = u64::from(plan.size[0]) * u64::from(plan.size[1]) * bytes;
@@ -307,7 +324,7 @@ impl Renderer {
         let camera = view::render_pass(
             device,
             &gbuffer,
-            &canvas,
+            &canvas.radiance,
             keep_gbuffer || exact_columns.is_some(),
         )?;
         // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
@@ -328,6 +345,25 @@ impl Renderer {
             .map(|light| VolumePass::new(device, &map.moments, light, build))
             .transpose()?;
         let solid = mesh.is_solid_from(plan.scene.camera.eye);
+        let half_parts = half_parts(plan, &light_frame);
+        let half = (!half_parts.is_empty())
+            .then(|| {
+                let size = plan.size.map(|side| side.div_ceil(2));
+                HalfPass::new(
+                    device,
+                    uniforms_of("half ")?,
+                    size,
+                    &map,
+                    boxes.as_ref(),
+                    volumes.as_ref(),
+                    &half_parts,
+                    solid,
+                    keep_gbuffer,
+                    filter,
+                    build,
+                )
+            })
+            .transpose()?;
         let view = ViewPass::new(device, &uniforms, &camera, solid)?;
         let shade = ShadePass::new(
             device,
@@ -338,6 +374,7 @@ impl Renderer {
             boxes.as_ref(),
             volumes.as_ref(),
             &gbuffer,
+            half.as_ref().map(|half| &half.radiance),
             &parts,
             plan.specular,
             filter,
@@ -361,6 +398,7 @@ impl Renderer {
             reduce,
             box_levels,
             volume,
+            half,
             camera,
             view,
             shade,
@@ -389,6 +427,7 @@ impl Renderer {
             measure,
             keep_gbuffer,
             marches: parts.iter().any(|part| part.march.is_some()),
+            half_marches: half_parts.iter().any(|part| part.march.is_some()),
             counters,
             device: Arc::clone(device),
         })
@@ -498,16 +537,25 @@ impl Renderer {
             Jitter::Samples | Jitter::All => r2([0.0; 2], index),
         };
         let (view, light) = (self.view(index), self.light_frame(index));
-        let uniforms = Uniforms::new(
-            &self.plan,
-            &view,
-            &light,
-            self.map.moments.size(),
-            (&self.levels, &self.volume_places, self.kept, &self.path),
-            done,
-            sequence.into(),
-        );
-        self.uniforms[slot].write(bytemuck::bytes_of(&uniforms))
+        let of = |view: &View| {
+            Uniforms::new(
+                &self.plan,
+                view,
+                &light,
+                self.map.moments.size(),
+                (&self.levels, &self.volume_places, self.kept, &self.path),
+                done,
+                sequence.into(),
+            )
+        };
+        let (full, half_view) = (of(&view), view.halved(self.plan.size).0);
+        if self.half.is_some() {
+            let uniforms = of(&half_view);
+            if let Some(half) = &mut self.half {
+                half.uniforms[slot].write(bytemuck::bytes_of(&uniforms))?;
+            }
+        }
+        self.uniforms[slot].write(bytemuck::bytes_of(&full))
     }
 
     /// Whether frame `index`, which is to be recorded, draws the light map: not where it would draw what the last one
@@ -613,6 +661,36 @@ impl Renderer {
             normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
         }
 
+        // half: the same three subpasses at half size, where both terms of scattering are shaded.
+        if let Some(half) = &self.half {
+            barrier::image(
+                device, commands, c"WAR, WAW: the previous frame reads and stores the back faces' depth at half size",
+                &half.gbuffer.back, Use::DEPTH_INPUT.and(Use::DEPTH_WRITE).discarding(), Use::DEPTH_WRITE,
+            );
+            barrier::image(
+                device, commands, c"WAR, WAW: the previous frame reads and stores the view depth at half size",
+                &half.gbuffer.depth, Use::DEPTH_INPUT.and(Use::DEPTH_WRITE).discarding(), Use::DEPTH_WRITE,
+            );
+            barrier::image(
+                device, commands, c"WAR, WAW: the previous frame reads and stores the normals at half size",
+                &half.gbuffer.normal, Use::COLOR_INPUT.and(Use::COLOR_WRITE).discarding(), Use::COLOR_WRITE,
+            );
+            barrier::image(
+                device, commands, c"WAR, WAW: the previous frame reads and stores the back faces' normals at half size",
+                &half.gbuffer.back_normal, Use::COLOR_INPUT.and(Use::COLOR_WRITE).discarding(), Use::COLOR_WRITE,
+            );
+            barrier::image(
+                device, commands, c"WAR: the previous frame brings the half radiance to full size",
+                &half.radiance, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
+            );
+            let back = self.half_marches || self.keep_gbuffer;
+            self.record_camera(commands, slot, CAMERAS[0], (&half.camera, &half.view, &half.shade), back);
+            barrier::image(
+                device, commands, c"RAW: shading samples the half radiance",
+                &half.radiance, Use::COLOR_WRITE, Use::FRAGMENT_SAMPLE,
+            );
+        }
+
         // view and shade: one render pass of three subpasses (view.rs has their dependencies).
         barrier::image(
             device, commands, c"WAR, WAW: the previous frame reads and stores the back faces' depth",
@@ -634,22 +712,8 @@ impl Renderer {
             device, commands, c"WAR: the previous frame resolves the radiance",
             &canvas.radiance, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
         );
-        self.camera.begin(commands, &view::clear_values());
-        // Where the view ray leaves the object, which single scattering reads.
-        if self.marches || self.keep_gbuffer {
-            self.begin(commands, slot, BACK);
-            self.view.record_back(commands, slot, &self.geometry);
-            self.end(commands, slot, BACK);
-        }
-        self.camera.next(commands);
-        self.begin(commands, slot, VIEW);
-        self.view.record(commands, slot, &self.geometry);
-        self.end(commands, slot, VIEW);
-        self.camera.next(commands);
-        self.begin(commands, slot, SHADE);
-        self.shade.record(commands, slot);
-        self.end(commands, slot, SHADE);
-        self.camera.end(commands);
+        let back = self.marches || self.keep_gbuffer;
+        self.record_camera(commands, slot, CAMERAS[1], (&self.camera, &self.view, &self.shade), back);
         if self.exact.is_none() {
             barrier::image(
                 device, commands, c"RAW: resolve samples the radiance",
@@ -669,6 +733,33 @@ impl Renderer {
                 &gbuffer.normal, Use::COLOR_WRITE.left_in(Use::COLOR_INPUT), Use::COMPUTE_SAMPLE,
             );
         }
+    }
+
+    /// A camera's render pass, of the passes `back`, `view` and `shade`: with back faces, which tell single scattering
+    /// where the view ray leaves the object, or without.
+    fn record_camera(
+        &self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        [back, view, shade]: [u32; 3],
+        (camera, geometry, shading): (&RenderPass, &ViewPass, &ShadePass),
+        draws_back: bool,
+    ) {
+        camera.begin(commands, &view::clear_values());
+        if draws_back {
+            self.begin(commands, slot, back);
+            geometry.record_back(commands, slot, &self.geometry);
+            self.end(commands, slot, back);
+        }
+        camera.next(commands);
+        self.begin(commands, slot, view);
+        geometry.record(commands, slot, &self.geometry);
+        self.end(commands, slot, view);
+        camera.next(commands);
+        self.begin(commands, slot, shade);
+        shading.record(commands, slot);
+        self.end(commands, slot, shade);
+        camera.end(commands);
     }
 
     /// exact: the sum over the light map, in submits of about [`EXACT_SUBMIT`], each a band of
@@ -819,7 +910,7 @@ impl Renderer {
 
     /// When measuring, keeps the work of a subpass from being carried past its stamps.
     fn drain(&self, commands: vk::CommandBuffer, pass: u32) {
-        if self.measure && matches!(pass, BACK | VIEW | SHADE) {
+        if self.measure && CAMERAS.as_flattened().contains(&pass) {
             barrier::drain(&self.device, commands);
         }
     }
@@ -1089,9 +1180,23 @@ fn record_volumes(
     );
 }
 
-/// The parts of the picture, on a light map in `light_frame`.
-fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
-    let part = |columns, method| PartDesc {
+/// What is shaded at half size, where the plan asks for it.
+fn half_parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
+    match plan.scattering {
+        Scattering::Full => Vec::new(),
+        Scattering::Half => {
+            let columns = [0, plan.size[0].div_ceil(2)];
+            vec![PartDesc {
+                halved: true,
+                ..part(plan, light_frame, columns, plan.multiple)
+            }]
+        }
+    }
+}
+
+/// Columns of a picture shaded by `method`.
+fn part(plan: &Plan, light_frame: &LightFrame, columns: [u32; 2], method: Multiple) -> PartDesc {
+    PartDesc {
         columns,
         method,
         march: plan.march(method),
@@ -1106,6 +1211,23 @@ fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
                 let alone = taps.levels.count - taps.moments();
                 [start, end - start, taps.first_volume - end, blended, alone]
             }
+        },
+        halved: false,
+        upsampled: false,
+    }
+}
+
+/// The parts of the picture, on a light map in `light_frame`.
+fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
+    let part = |columns, method| match plan.scattering {
+        Scattering::Full => part(plan, light_frame, columns, method),
+        Scattering::Half => PartDesc {
+            columns,
+            method: Multiple::None,
+            counts: [0; 5],
+            march: None,
+            halved: false,
+            upsampled: true,
         },
     };
     let width = plan.size[0];

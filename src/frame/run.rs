@@ -9,7 +9,7 @@ use super::{PassTime, Progress, Renderer, Setup, Shaders};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger::{self, Filter, Ledger};
 use crate::scene::pyramid::Atlas;
-use crate::scene::{Multiple, Plan, limits};
+use crate::scene::{Multiple, Plan, Scattering, limits};
 
 /// Names a Vulkan loader library in place of the system's.
 const LOADER_VARIABLE: &str = "MARMOR_VULKAN_LOADER";
@@ -346,6 +346,11 @@ pub(super) fn check_fit(
     // boxes a third of 16, and the atlas of the mixture, twice the map at most in either image of 16
     // bytes and of 4.
     let mut images = pixels * 88 + texels * 20;
+    if plan.scattering == Scattering::Half {
+        // A G-buffer of 16 bytes and radiance of 16 in a quarter of the pixels.
+        let [width, height] = plan.size.map(|side| u64::from(side.div_ceil(2)));
+        images += width * height * 32;
+    }
     for method in plan.methods() {
         match method {
             Multiple::Rings(_) => images += texels * 6,

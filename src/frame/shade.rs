@@ -49,10 +49,14 @@ pub struct PartDesc {
     pub counts: [u32; 5],
     /// The march of single scattering, if there is one.
     pub march: Option<March>,
+    /// Whether it is shaded at half size, with its distance in place of coverage.
+    pub halved: bool,
+    /// Whether all of that is shaded at half size, and this part brings it back to its own.
+    pub upsampled: bool,
 }
 
 impl ShadePass {
-    /// Prepares shading from `map`, `boxes`, `light` and `gbuffer` in subpass `subpass` of `pass`. A device
+    /// Prepares shading from `map`, `boxes`, `light`, `gbuffer` and what is shaded at `half` size in subpass `subpass` of `pass`. A device
     /// whose `filter` is not linear reads four texels for each bilinear tap.
     #[allow(clippy::too_many_arguments, reason = "the graph's edges, each by name")]
     pub fn new(
@@ -64,6 +68,7 @@ impl ShadePass {
         boxes: Option<&Boxes>,
         light: Option<&Light>,
         gbuffer: &GBuffer,
+        half: Option<&Image>,
         parts: &[PartDesc],
         specular: bool,
         filter: Filter,
@@ -101,6 +106,9 @@ impl ShadePass {
                 let sampler = if rings { &bilinear } else { &nearest };
                 let mut own = Vec::new();
                 match part.method {
+                    _ if part.upsampled => {
+                        own.extend(half.map(|image| Binding::Sampled(image, &nearest)));
+                    }
                     Multiple::Samples(_) => own.push(Binding::Sampled(&blue_noise, &nearest)),
                     Multiple::Rings(_) => {
                         own.extend(boxes.map(|b| Binding::Sampled(&b.image, &bilinear)));
@@ -187,10 +195,11 @@ impl ShadePass {
 }
 
 /// The values of the specialisation constants of `shade.frag`.
-pub fn constants(part: &PartDesc, specular: bool) -> [u32; 7] {
+pub fn constants(part: &PartDesc, specular: bool) -> [u32; 8] {
     let [a, b, c, d, e] = part.counts;
     let steps = part.march.map_or(0, |march| march.steps);
-    [u32::from(specular), a, b, c, d, e, steps]
+    let halved = u32::from(part.halved);
+    [u32::from(specular), a, b, c, d, e, steps, halved]
 }
 
 /// The shader of a part.
@@ -209,6 +218,7 @@ pub fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
     let fourth = part.counts[1] > 0;
     let volumes = part.counts[3] > 0;
     match (part.method, filter) {
+        _ if part.upsampled => &s::SHADE_FRAG_HALF,
         // `exact` adds its term in a compute pass of its own.
         (Multiple::None | Multiple::Exact, _) => variant!(
             SHADE_FRAG_NONE,

@@ -228,13 +228,13 @@ pub struct GBuffer {
 }
 
 impl GBuffer {
-    /// Makes the G-buffer of a picture of `size` pixels.
-    pub fn new(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Self> {
+    /// Makes the G-buffer of a picture of `size` pixels; `prefix` begins the names of its images.
+    pub fn new(device: &Arc<Device>, prefix: &str, size: [u32; 2]) -> gpu::Result<Self> {
         let image = |name, format, usage| {
             let usage = usage | U::INPUT_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC;
             Image::new(
                 device,
-                name,
+                &format!("{prefix}{name}"),
                 ImageDesc {
                     size,
                     format,
@@ -301,6 +301,20 @@ impl Canvas {
             display: image("display", Format::R8G8B8A8_UNORM, U::empty())?,
         })
     }
+}
+
+/// RGBA32F linear radiance of what is scattered, and its distance along the optical axis, 0 where
+/// nothing is seen, in a picture of `size` pixels.
+pub fn scattered(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Image> {
+    Image::new(
+        device,
+        "half radiance",
+        ImageDesc {
+            size,
+            format: Format::R32G32B32A32_SFLOAT,
+            usage: U::COLOR_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC,
+        },
+    )
 }
 
 /// A pass that writes every pixel of `images`, whatever they held.

@@ -8,10 +8,10 @@ use ash::vk;
 
 use super::geometry::{Geometry, VERTEX_OFFSETS, VERTEX_STRIDE};
 use super::shaders;
-use super::targets::{Canvas, GBuffer};
+use super::targets::GBuffer;
 use crate::gpu::{
-    self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, RenderPass,
-    barrier,
+    self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, Image,
+    RenderPass, barrier,
 };
 
 /// Subpass that draws depth and normal of the nearest back faces.
@@ -26,7 +26,7 @@ pub const SHADE: u32 = 2;
 pub fn render_pass(
     device: &Arc<Device>,
     gbuffer: &GBuffer,
-    canvas: &Canvas,
+    radiance: &Image,
     keep_gbuffer: bool,
 ) -> gpu::Result<RenderPass> {
     const ATTACH_DEPTH: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
@@ -61,7 +61,7 @@ pub fn render_pass(
         attachment(&gbuffer.depth, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
         attachment(&gbuffer.normal, store_gbuffer, ATTACH_COLOR, READ_COLOR),
         attachment(
-            &canvas.radiance,
+            radiance,
             vk::AttachmentStoreOp::STORE,
             ATTACH_COLOR,
             ATTACH_COLOR,
@@ -73,7 +73,7 @@ pub fn render_pass(
     let depth = refer(2, ATTACH_DEPTH);
     let depth_again = refer(2, READ_DEPTH);
     let normal = [refer(3, ATTACH_COLOR)];
-    let radiance = [refer(4, ATTACH_COLOR)];
+    let shaded = [refer(4, ATTACH_COLOR)];
     // In the order of shade.frag's input_attachment_index.
     let inputs = [
         refer(2, READ_DEPTH),
@@ -92,7 +92,7 @@ pub fn render_pass(
             .depth_stencil_attachment(&depth)
             .preserve_attachments(&[0, 1]),
         graphics
-            .color_attachments(&radiance)
+            .color_attachments(&shaded)
             .depth_stencil_attachment(&depth_again)
             .input_attachments(&inputs),
     ];
@@ -131,7 +131,7 @@ pub fn render_pass(
         &gbuffer.back_normal,
         &gbuffer.depth,
         &gbuffer.normal,
-        &canvas.radiance,
+        radiance,
     ];
     RenderPass::new(device, "view and shade", &info, &images)
 }

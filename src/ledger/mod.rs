@@ -4,6 +4,10 @@
 //! *found* in the SPIR-V ([`spirv`]) and *measured* by a counting build of the same shaders; [`Ledger`] holds the three
 //! together. Reads of input attachments are listed with term [`INPUT`], and what a reduction reads per texel that it
 //! writes with term [`TEXEL`], or [`BUFFER`] where it reads no texture; none of these counts as a fetch of a pixel.
+//!
+//! Where scattering is shaded at half size, the lines of pass [`HALF_SHADE`] are of one of *its* pixels, and hold as the
+//! others do: declared, found and measured are equal there. It is shaded for [`HALF_SHARE`] pixels of the picture, so each
+//! of them bears that share of the pass's fetches, rounded up, in [`total`], in the sums of [`Ledger`] and in its map.
 
 mod access;
 pub mod budget;
@@ -13,7 +17,7 @@ mod table;
 pub use access::Access;
 pub use table::{Counts, Ledger, Measured, Row, Stage, Subtotal};
 
-use crate::scene::{Exits, Multiple, Plan};
+use crate::scene::{Exits, Multiple, Plan, Scattering};
 
 /// The term of attachment reads.
 pub const INPUT: &str = "input";
@@ -21,6 +25,11 @@ pub const INPUT: &str = "input";
 pub const TEXEL: &str = "texel";
 /// The term of what a pass over volumes reads of buffers, per cell written.
 pub const BUFFER: &str = "buffer";
+
+/// The pass that shades scattering at half the width and height.
+pub const HALF_SHADE: &str = "half shade";
+/// Pixels of the picture that one of its pixels is shaded for.
+pub const HALF_SHARE: u32 = 4;
 
 /// Reads per texel that halving writes: an invocation makes 2x2 texels of 6x6.
 const HALVE_LOADS: u32 = 9;
@@ -72,7 +81,7 @@ pub struct Declared {
     pub texture: &'static str,
     /// What is read, and how.
     pub what: &'static str,
-    /// How often per covered pixel, at most; per texel or cell written for [`TEXEL`] and [`BUFFER`].
+    /// How often per covered pixel of the pass, at most; per texel or cell written for [`TEXEL`] and [`BUFFER`].
     pub per_pixel: u32,
 }
 
@@ -98,13 +107,16 @@ pub fn declared(plan: &Plan, filter: Filter) -> Vec<Declared> {
     }
 }
 
-/// Fetches per pixel over all passes, inputs and reductions left out.
+/// Fetches per pixel of the picture over all passes, inputs and reductions left out.
 pub fn total(lines: &[Declared]) -> u32 {
-    lines
-        .iter()
-        .filter(|l| counts(l.term))
-        .map(|l| l.per_pixel)
-        .sum()
+    let sum = |half| -> u32 {
+        let counted = lines.iter().filter(|l| counts(l.term));
+        counted
+            .filter(|l| (l.pass == HALF_SHADE) == half)
+            .map(|l| l.per_pixel)
+            .sum()
+    };
+    sum(false) + sum(true).div_ceil(HALF_SHARE)
 }
 
 fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
@@ -117,28 +129,46 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
         per_pixel,
     };
     const SHADE: (&str, &str) = ("shade", "shade.frag");
-    let mut lines = vec![
-        line(SHADE, INPUT, "view_depth", "its own depth", 1),
-        line(SHADE, INPUT, "view_normal", "its own normal", 1),
-    ];
-    if plan.specular || method == Multiple::Brdf {
-        let what = "light depth, gather and compare";
-        lines.push(line(SHADE, "other", "light_depth", what, 1));
+    let half = plan.scattering == Scattering::Half;
+    // Where both terms of scattering are shaded.
+    let inside = match half {
+        true => (HALF_SHADE, SHADE.1),
+        false => SHADE,
+    };
+    let surface = |pass| {
+        [
+            line(pass, INPUT, "view_depth", "its own depth", 1),
+            line(pass, INPUT, "view_normal", "its own normal", 1),
+        ]
+    };
+    let mut lines = Vec::from(surface(inside));
+    let lit = || {
+        line(
+            SHADE,
+            "other",
+            "light_depth",
+            "light depth, gather and compare",
+            1,
+        )
+    };
+    let needs_lit = plan.specular || method == Multiple::Brdf;
+    if needs_lit && !half {
+        lines.push(lit());
     }
     if let Some(march) = plan.march(method) {
         let what = ["back face's depth", "back face's normal"];
-        lines.push(line(SHADE, INPUT, "back_depth", what[0], 1));
-        lines.push(line(SHADE, INPUT, "back_normal", what[1], 1));
+        lines.push(line(inside, INPUT, "back_depth", what[0], 1));
+        lines.push(line(inside, INPUT, "back_normal", what[1], 1));
         let what = match march.exits {
             Exits::Depth => "light depth, nearest",
             Exits::Linear if filter == Filter::Linear => "light moments, bilinear",
             // A device that cannot filter reads the nearest.
             Exits::Linear | Exits::Nearest => "light moments, nearest",
         };
-        lines.push(line(SHADE, "single", "exits", what, march.steps));
+        lines.push(line(inside, "single", "exits", what, march.steps));
     }
     let mut multiple =
-        |texture, what, count| lines.push(line(SHADE, "multiple", texture, what, count));
+        |texture, what, count| lines.push(line(inside, "multiple", texture, what, count));
     match method {
         Multiple::None | Multiple::Brdf => {}
         Multiple::Samples(n) => {
@@ -212,6 +242,12 @@ fn of_method(plan: &Plan, method: Multiple, filter: Filter) -> Vec<Declared> {
                 lines.push(line(pass, "multiple", texture, what, count));
             }
         }
+    }
+    if half {
+        lines.extend(surface(SHADE));
+        let what = "scattering at half size, nearest";
+        lines.push(line(SHADE, "multiple", "half_radiance", what, 4));
+        lines.extend(needs_lit.then(lit));
     }
     let resolve = ("resolve", "resolve.frag");
     let what = "radiance, nearest";

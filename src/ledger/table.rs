@@ -1,7 +1,7 @@
 //! The ledger as a table: declared, found and measured, side by side.
 
 use super::spirv::{self, Kind, Site};
-use super::{BUFFER, Declared, INPUT, TEXEL, counts};
+use super::{BUFFER, Declared, HALF_SHADE, HALF_SHARE, INPUT, TEXEL, counts};
 
 /// A shader that a plan runs, as the ledger sees it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub struct Stage {
 pub struct Counts {
     /// The stage's shader, as [`Stage::shader`].
     pub shader: &'static str,
+    /// Pixels in a row; 1 in passes over the light map.
+    pub columns: u32,
     /// Of every pixel, row-major, reads by term: single, multiple, other, input attachments; 0 where nothing ran. Of
     /// passes over the light map one entry, the most that an invocation read.
     pub reads: Vec<[u32; 4]>,
@@ -85,7 +87,7 @@ pub struct Ledger {
     /// By term.
     pub subtotals: Vec<Subtotal>,
     /// Of every pixel, the fetches that were measured, row-major; empty where none were. Of several frames, those of the
-    /// last that drew the pixel.
+    /// last that drew the pixel. Those of a pixel of half size are shared by all that it lies over, covered or not.
     pub pixels: Vec<u32>,
     /// Whether a counting build ran.
     pub counted: bool,
@@ -121,7 +123,8 @@ impl Ledger {
                 let term = term_of(stage, &site);
                 let each = site.trips as f64 / f64::from(stage.texels.unwrap_or(1));
                 let known = rows.iter().position(|row| {
-                    row.shader == file(stage.shader)
+                    row.pass == stage.pass
+                        && row.shader == file(stage.shader)
                         && row.term == term
                         && row.texture == site.texture
                 });
@@ -144,7 +147,9 @@ impl Ledger {
         }
         let mut subtotals = Vec::<Subtotal>::new();
         for row in &rows {
-            let same = |s: &&mut Subtotal| s.shader == row.shader && s.term == row.term;
+            let same = |s: &&mut Subtotal| {
+                s.pass == row.pass && s.shader == row.shader && s.term == row.term
+            };
             match subtotals.iter_mut().find(same) {
                 Some(sum) => {
                     sum.declared += row.declared;
@@ -170,7 +175,9 @@ impl Ledger {
             };
             for (slot, term) in [(0, "single"), (1, "multiple"), (2, "other"), (3, INPUT)] {
                 let term = if stage.texels.is_some() { TEXEL } else { term };
-                let of = |s: &Subtotal| s.shader == file(stage.shader) && s.term == term;
+                let of = |s: &Subtotal| {
+                    s.pass == stage.pass && s.shader == file(stage.shader) && s.term == term
+                };
                 if counts.reads.iter().any(|r| r[slot] > 0) && !subtotals.iter().any(of) {
                     let mut sum = Subtotal {
                         pass: stage.pass.to_owned(),
@@ -195,14 +202,20 @@ impl Ledger {
 
     /// Declared fetches per pixel over all passes.
     pub fn declared(&self) -> f64 {
-        let of_pixels = self.subtotals.iter().filter(|s| counts(&s.term));
-        of_pixels.map(|s| s.declared).sum()
+        self.sum(|s| Some(s.declared))
     }
 
     /// Found fetches per pixel over all passes.
     pub fn found(&self) -> f64 {
+        self.sum(|s| s.found)
+    }
+
+    /// Over all passes, that of half size at its share, as [`super::total`].
+    fn sum(&self, reads: impl Fn(&Subtotal) -> Option<f64>) -> f64 {
         let of_pixels = self.subtotals.iter().filter(|s| counts(&s.term));
-        of_pixels.filter_map(|s| s.found).sum()
+        let (half, full): (Vec<_>, Vec<_>) = of_pixels.partition(|s| s.pass == HALF_SHADE);
+        let half: f64 = half.into_iter().filter_map(&reads).sum();
+        full.into_iter().filter_map(&reads).sum::<f64>() + (half / f64::from(HALF_SHARE)).ceil()
     }
 
     /// The most fetches that any pixel made, where they were measured.
@@ -225,7 +238,8 @@ impl Ledger {
                     .map(|s| format!("{}:{}", s.place.file, s.place.line));
                 let at: Vec<_> = at.collect();
                 lines.push(format!(
-                    "{}, {}: {} reads of {} declared, {found} found in the SPIR-V{}{}",
+                    "{}{}, {}: {} reads of {} declared, {found} found in the SPIR-V{}{}",
+                    of_half(&row.pass),
                     row.shader,
                     row.term,
                     row.declared,
@@ -238,12 +252,12 @@ impl Ledger {
         for sum in &self.subtotals {
             match sum.measured {
                 Some(measured) if measured.most > sum.declared => lines.push(format!(
-                    "{}, {}: {} declared, {} measured",
-                    sum.shader, sum.term, sum.declared, measured.most
+                    "{}{}, {}: {} declared, {} measured",
+                    of_half(&sum.pass), sum.shader, sum.term, sum.declared, measured.most
                 )),
                 None if self.counted && sum.term != BUFFER => lines.push(format!(
-                    "{}, {}: {} declared, none measured",
-                    sum.shader, sum.term, sum.declared
+                    "{}{}, {}: {} declared, none measured",
+                    of_half(&sum.pass), sum.shader, sum.term, sum.declared
                 )),
                 _ => {}
             }
@@ -268,7 +282,14 @@ impl Ledger {
     /// the subtotal, and the sum up to and with it. Measured where they were, else declared.
     pub fn breaks(&self, budget: u32) -> Option<(&Subtotal, f64)> {
         let mut sum = 0.0;
-        let reads = |s: &Subtotal| s.measured.map_or(s.declared, |m| m.most.max(s.declared));
+        let reads = |s: &Subtotal| {
+            let reads = s.measured.map_or(s.declared, |m| m.most.max(s.declared));
+            match s.pass.as_str() {
+                // Whole numbers but for this share: it exceeds a budget when it does so rounded up.
+                HALF_SHADE => reads / f64::from(HALF_SHARE),
+                _ => reads,
+            }
+        };
         self.subtotals
             .iter()
             .filter(|s| counts(&s.term))
@@ -276,6 +297,14 @@ impl Ledger {
                 sum += reads(s);
                 (sum > f64::from(budget)).then_some((s, sum))
             })
+    }
+}
+
+/// What tells the shader of the pass of half size from the same file in the picture's own.
+fn of_half(pass: &str) -> &'static str {
+    match pass {
+        HALF_SHADE => "half, ",
+        _ => "",
     }
 }
 
@@ -289,9 +318,9 @@ fn term_of(stage: &Stage, site: &Site) -> &'static str {
     match (stage.texels, site.kind, stage.pass, site.texture.as_str()) {
         (Some(_), ..) => TEXEL,
         (None, Kind::Input, ..) => INPUT,
-        (None, _, "shade", "exits") => "single",
+        (None, _, "shade" | HALF_SHADE, "exits") => "single",
         (None, _, "shade", "light_depth") => "other",
-        (None, _, "shade" | "exact", _) => "multiple",
+        (None, _, "shade" | HALF_SHADE | "exact", _) => "multiple",
         _ => "other",
     }
 }
@@ -309,7 +338,7 @@ fn measured(sum: &Subtotal, stages: &[Stage], counted: &[Counts]) -> Option<Meas
         let Some(stage) = stages.iter().find(|s| s.shader == counts.shader) else {
             continue;
         };
-        if file(stage.shader) != sum.shader {
+        if stage.pass != sum.pass || file(stage.shader) != sum.shader {
             continue;
         }
         match (stage.texels, slot) {
@@ -343,16 +372,36 @@ fn measured(sum: &Subtotal, stages: &[Stage], counted: &[Counts]) -> Option<Meas
 
 fn pixels(stages: &[Stage], counted: &[Counts]) -> Vec<u32> {
     let mut sums = Vec::new();
+    let mut columns = 0;
+    let mut half = None;
     for counts in counted {
-        let of_pixels = stages
-            .iter()
-            .any(|s| s.shader == counts.shader && s.texels.is_none());
-        if of_pixels {
-            sums.resize(counts.reads.len(), 0);
-            for (sum, reads) in sums.iter_mut().zip(&counts.reads) {
-                *sum += reads[..3].iter().sum::<u32>();
-            }
+        let Some(stage) = stages.iter().find(|s| s.shader == counts.shader) else {
+            continue;
+        };
+        if stage.texels.is_some() {
+            continue;
+        }
+        if stage.pass == HALF_SHADE {
+            half = Some(counts);
+            continue;
+        }
+        columns = counts.columns as usize;
+        sums.resize(counts.reads.len(), 0);
+        for (sum, reads) in sums.iter_mut().zip(&counts.reads) {
+            *sum += fetches(reads);
+        }
+    }
+    if let Some(half) = half {
+        for (at, sum) in sums.iter_mut().enumerate() {
+            let [x, y] = [at % columns / 2, at / columns / 2];
+            let reads = half.reads.get(y * half.columns as usize + x);
+            *sum += reads.map_or(0, fetches).div_ceil(HALF_SHARE);
         }
     }
     sums
+}
+
+/// Of a pixel's reads, those that count.
+fn fetches(reads: &[u32; 4]) -> u32 {
+    reads[..3].iter().sum()
 }

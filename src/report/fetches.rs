@@ -130,7 +130,9 @@ impl Document {
             textures: ledger
                 .rows
                 .iter()
-                .filter(|row| row.shader == sum.shader && row.term == sum.term)
+                .filter(|row| {
+                    row.pass == sum.pass && row.shader == sum.shader && row.term == sum.term
+                })
                 .map(texture)
                 .collect(),
         });

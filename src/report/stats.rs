@@ -255,7 +255,7 @@ impl Stats {
             method: Method {
                 size: plan.size,
                 budget: None,
-                multiple: plan.multiple.to_string(),
+                multiple: plan.method_name(),
                 split: plan.split.map(|method| method.to_string()),
                 single: plan.single.to_string(),
                 specular: plan.specular,

@@ -36,6 +36,42 @@ pub struct View {
     pub view_proj: DMat4,
 }
 
+impl View {
+    /// The same view of a picture of `size` pixels in half as many columns and rows, rounded up, and how many these
+    /// are. Pixel (i, j) of it has its centre where four pixels meet, at (2 i + 1, 2 j + 1).
+    pub fn halved(&self, size: [u32; 2]) -> (View, [u32; 2]) {
+        let half = size.map(|side| side.div_ceil(2));
+        // Of an odd side the last half pixel reaches a pixel beyond the picture, and the clip space with it: there
+        // x' + w = s (x + w).
+        let [x, y] = [0, 1].map(|i| f64::from(size[i]) / f64::from(2 * half[i]));
+        let wider = DMat4::from_cols_array(&[
+            x,
+            0.0,
+            0.0,
+            0.0, //
+            0.0,
+            y,
+            0.0,
+            0.0, //
+            0.0,
+            0.0,
+            1.0,
+            0.0, //
+            x - 1.0,
+            y - 1.0,
+            0.0,
+            1.0,
+        ]);
+        let view = View {
+            ray_x: 2.0 * self.ray_x,
+            ray_y: 2.0 * self.ray_y,
+            view_proj: wider * self.view_proj,
+            ..self.clone()
+        };
+        (view, half)
+    }
+}
+
 impl Camera {
     /// Binds the camera to `width` x `height` pixels and to the depth range of a
     /// bounding sphere. `jitter` shifts the picture by a fraction of a pixel, in [-1/2, 1/2]^2.

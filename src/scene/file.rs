@@ -3,8 +3,8 @@
 
 use super::bundled::{self, Bundled};
 use super::{
-    Error, Exits, Jitter, Light, March, Material, MeshSource, Method, Mixture, Request, Single,
-    Viewpoint, bytes, color, defaults, limits, names,
+    Error, Exits, Jitter, Light, March, Material, MeshSource, Method, Mixture, Request, Scattering,
+    Single, Viewpoint, bytes, color, defaults, limits, names,
 };
 use glam::DVec3;
 use std::path::Path;
@@ -34,7 +34,7 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 17] = [
+const METHOD: [&str; 18] = [
     "fetch_budget",
     "multiple",
     "samples",
@@ -47,6 +47,7 @@ const METHOD: [&str; 17] = [
     "weights",
     "single",
     "exits",
+    "scattering",
     "specular",
     "light_map",
     "frames_averaged",
@@ -237,6 +238,11 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
     )?;
     section.read("single", Field::single, |v| request.single = v)?;
     section.read("exits", |f| f.named(Exits::named), |v| request.exits = v)?;
+    section.read(
+        "scattering",
+        |f| f.named(Scattering::named),
+        |v| request.scattering = v,
+    )?;
     section.read(
         "light_map",
         |f| f.whole(limits::light_map),

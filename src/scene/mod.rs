@@ -29,7 +29,9 @@ pub use framing::Viewpoint;
 pub use light::{Light, LightFrame};
 pub use material::Material;
 pub use mesh::Mesh;
-pub use plan::{Exits, Fourth, Jitter, March, Method, Mixture, Multiple, Plan, Single, Taps};
+pub use plan::{
+    Exits, Fourth, Jitter, March, Method, Mixture, Multiple, Plan, Scattering, Single, Taps,
+};
 pub use request::{MeshSource, Request};
 
 /// One mesh of one material under one light, seen by one camera.

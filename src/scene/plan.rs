@@ -142,6 +142,44 @@ impl Exits {
     }
 }
 
+/// At which size light inside the medium is shaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scattering {
+    /// In every pixel.
+    #[default]
+    Full,
+    /// Once for four pixels, at half the width and height, and brought back by the four nearest.
+    Half,
+}
+
+impl Scattering {
+    /// The names by which the sizes are asked for.
+    pub const NAMES: [&'static str; 2] = ["full", "half"];
+
+    /// The size called `name`.
+    ///
+    /// # Errors
+    /// A phrase that suggests the nearest name, or lists them all.
+    pub fn named(name: &str) -> Result<Scattering, String> {
+        match name {
+            "full" => Ok(Scattering::Full),
+            "half" => Ok(Scattering::Half),
+            _ => Err(format!(
+                "unknown scattering \"{name}\"; {}",
+                names::remedy(name, &Scattering::NAMES)
+            )),
+        }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Scattering::Full => "full",
+            Scattering::Half => "half",
+        }
+    }
+}
+
 /// What moves from one averaged frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Jitter {
@@ -167,6 +205,9 @@ pub struct Plan {
     /// Light scattered once. Where the method is [`Multiple::Brdf`], which knows no transport, there is
     /// none.
     pub single: Single,
+    /// At which size both are shaded; at half only where there is no `split`, no [`Multiple::Brdf`] or
+    /// [`Multiple::Exact`], and no [`Single::Traced`].
+    pub scattering: Scattering,
     /// Whether the specular reflection at the boundary is added.
     pub specular: bool,
     /// Texels along a side of the light map, in [16, 8192].
@@ -329,6 +370,15 @@ impl Plan {
         }
         let at = |k: i32| (0.5 + f64::from(index) * PHI_4.powi(-k)).fract() - 0.5;
         [DVec2::new(at(1), at(2)), DVec2::new(at(3), at(4))]
+    }
+
+    /// The method of the picture, or of its right half, in words: with the size it is shaded at, where that is not
+    /// the picture's.
+    pub fn method_name(&self) -> String {
+        match self.scattering {
+            Scattering::Full => self.multiple.to_string(),
+            Scattering::Half => format!("{} at half", self.multiple),
+        }
     }
 
     /// The march that light scattered once takes where the method is `multiple`, if it does.

@@ -3,7 +3,7 @@
 use super::bundled::{self, Bundled};
 use super::{
     Error, Exits, Fourth, Jitter, Light, March, Material, Mesh, Method, Mixture, Multiple, Plan,
-    Scene, Single, Viewpoint, defaults, file, limits, names, obj,
+    Scattering, Scene, Single, Viewpoint, defaults, file, limits, names, obj,
 };
 use crate::optics::mixture::Fit;
 use glam::DVec3;
@@ -69,6 +69,8 @@ pub struct Request {
     pub single: Single,
     /// How the march of single scattering finds the lit surface.
     pub exits: Exits,
+    /// At which size scattering is shaded.
+    pub scattering: Scattering,
     /// Whether the specular reflection is added.
     pub specular: bool,
     /// Texels along a side of the light map.
@@ -138,6 +140,7 @@ impl Request {
                 exits: Exits::Linear,
             }),
             exits: Exits::Linear,
+            scattering: Scattering::Full,
             specular: true,
             light_map: defaults::LIGHT_MAP,
             frames_averaged: defaults::FRAMES_AVERAGED,
@@ -240,6 +243,10 @@ impl Request {
             check("background", limits::color(background.into()).map(drop))?;
         }
 
+        if self.scattering == Scattering::Half {
+            check("scattering half", self.check_half())?;
+        }
+
         let mesh = self.mesh.load()?.scaled(self.unit);
         let radius = mesh.bounding_radius();
         // Squares of lengths must neither overflow nor vanish in the f32 of the shaders.
@@ -274,6 +281,7 @@ impl Request {
                 }),
                 other => other,
             },
+            scattering: self.scattering,
             specular: self.specular,
             light_map: self.light_map,
             frames_averaged: self.frames_averaged,
@@ -285,6 +293,31 @@ impl Request {
 }
 
 impl Request {
+    /// What goes with scattering at half size, as a phrase that reads on from its name.
+    fn check_half(&self) -> Result<(), String> {
+        let another = "choose --scattering full, or --multiple none, samples, rings or mixture";
+        match self.multiple {
+            Method::Brdf => Err(format!(
+                "has no effect on the method brdf, which knows no transport; {another}"
+            )),
+            Method::Exact => Err(format!(
+                "is not for the method exact, the reference; {another}"
+            )),
+            _ if self.split.is_some() => Err(
+                "shades no picture that is split; choose --scattering full, or leave --split out"
+                    .to_owned(),
+            ),
+            _ if self.single == Single::Traced => Err(
+                "is not for single scattering that is traced, the reference; choose --scattering full, or --single 8"
+                    .to_owned(),
+            ),
+            Method::None if self.single == Single::Off => Err(
+                "has nothing to shade; choose --scattering full, or --single 8".to_owned(),
+            ),
+            _ => Ok(()),
+        }
+    }
+
     fn with_parameters(&self, method: Method) -> Multiple {
         let mixture = Mixture {
             fourth: match (self.moments, self.fourth_levels) {

@@ -6,7 +6,9 @@ use glam::{DVec2, DVec3};
 use marmor::cpu::{GBuffer, LightMap};
 use marmor::frame::{Options, Renderer, Setup, Target, open_device};
 use marmor::gpu::Device;
-use marmor::scene::{Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scene, Single};
+use marmor::scene::{
+    Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scattering, Scene, Single,
+};
 
 /// One GPU test at a time: the device is shared, and two cores are few.
 static TURN: Mutex<()> = Mutex::new(());
@@ -118,6 +120,7 @@ pub fn plan(
         multiple,
         split: None,
         single: Single::Off,
+        scattering: Scattering::Full,
         specular: false,
         light_map: 128,
         frames_averaged: 1,
@@ -156,12 +159,37 @@ pub fn light_map(renderer: &mut Renderer) -> LightMap {
 
 /// What the GPU drew into its G-buffer, as the CPU twin's.
 pub fn gbuffer(renderer: &mut Renderer, size: [u32; 2]) -> GBuffer {
+    let targets = [
+        Target::ViewDepth,
+        Target::ViewNormal,
+        Target::BackDepth,
+        Target::BackNormal,
+    ];
+    gbuffer_of(renderer, targets, size)
+}
+
+/// As [`gbuffer`], of half the size, for a picture of `size` pixels.
+pub fn half_gbuffer(renderer: &mut Renderer, size: [u32; 2]) -> GBuffer {
+    let targets = [
+        Target::HalfViewDepth,
+        Target::HalfViewNormal,
+        Target::HalfBackDepth,
+        Target::HalfBackNormal,
+    ];
+    gbuffer_of(renderer, targets, size.map(|side| side.div_ceil(2)))
+}
+
+fn gbuffer_of(
+    renderer: &mut Renderer,
+    [view_depth, view_normal, back_depth_of, back_normal_of]: [Target; 4],
+    size: [u32; 2],
+) -> GBuffer {
     let read = |renderer: &mut Renderer, target| renderer.read(target).expect("an image");
-    let depth: Vec<f64> = read(renderer, Target::ViewDepth)
+    let depth: Vec<f64> = read(renderer, view_depth)
         .iter()
         .map(|d| f64::from(d[0]))
         .collect();
-    let normal = read(renderer, Target::ViewNormal)
+    let normal = read(renderer, view_normal)
         .iter()
         .zip(&depth)
         .map(|(e, &d)| {
@@ -172,12 +200,12 @@ pub fn gbuffer(renderer: &mut Renderer, size: [u32; 2]) -> GBuffer {
             }
         })
         .collect();
-    let back_depth: Vec<f64> = read(renderer, Target::BackDepth)
+    let back_depth: Vec<f64> = read(renderer, back_depth_of)
         .iter()
         .map(|d| f64::from(d[0]))
         .collect();
     // Stored as seen, against what is outward of a back face.
-    let back_normal = read(renderer, Target::BackNormal)
+    let back_normal = read(renderer, back_normal_of)
         .iter()
         .zip(&back_depth)
         .map(|(e, &d)| {

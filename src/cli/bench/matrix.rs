@@ -2,7 +2,7 @@
 
 use crate::optics::mixture::Fit;
 use crate::scene::{
-    Bundled, Exits, Jitter, March, MeshSource, Method, Request, Single, Viewpoint, defaults,
+    Bundled, Exits, Jitter, March, MeshSource, Method, Request, Scattering, Single, Viewpoint, defaults,
 };
 
 /// A case before it is measured.
@@ -33,6 +33,7 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
     let base = Request {
         size,
         split: None,
+        scattering: Scattering::Full,
         frames_averaged: 1,
         jitter: Jitter::All,
         // The cases say how they are drawn, whatever the scene file says.
@@ -59,6 +60,10 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
         ..base.clone()
     };
     let mixture = |single| with(Method::Mixture, march(single));
+    let half = || Request {
+        scattering: Scattering::Half,
+        ..mixture(8)
+    };
     let mut cases = Vec::new();
     let mut add = |group, name: &str, request: Request| {
         let prefix = if several {
@@ -92,6 +97,7 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
     add("methods", "rings 8", with(Method::Rings, Single::Off));
     add("methods", "mixture 3", with(Method::Mixture, Single::Off));
     add("methods", "mixture 3 + single 8", mixture(8));
+    add("methods", "mixture 3 + single 8, half", half());
     if !quick {
         let four = Request {
             moments: 4,
@@ -186,6 +192,7 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
                 ("rings 8 + single 8", with(Method::Rings, march(8))),
                 ("samples 30 + single 8", with(Method::Samples, march(8))),
                 ("mixture 3 + single 8", mixture(8)),
+                ("mixture 3 + single 8, half", half()),
             ] {
                 let request = Request {
                     mesh: MeshSource::Bundled(mesh),

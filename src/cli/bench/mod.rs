@@ -14,7 +14,7 @@ use crate::report::bench::{
     Spread, TRIANGLES, baseline,
 };
 use crate::report::{Image, Output, compare, image};
-use crate::scene::{Jitter, Method, Plan, Request, Single};
+use crate::scene::{Jitter, Method, Plan, Request, Scattering, Single};
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matrix::Desc;
@@ -346,7 +346,7 @@ fn case(desc: &Desc, plan: &Plan, measured: Frames, error: Option<f64>) -> Resul
         triangles: plan.scene.mesh.triangles.len() as u64,
         size: plan.size,
         light_map: plan.light_map,
-        multiple: plan.multiple.to_string(),
+        multiple: plan.method_name(),
         single: plan.single.to_string(),
         light_rests: desc.rests,
         budget: desc.request.fetch_budget,
@@ -418,6 +418,7 @@ fn error(
         Entry::Vacant(place) => {
             let truth = Request {
                 multiple: Method::Exact,
+                scattering: Scattering::Full,
                 single: Single::Traced,
                 split: None,
                 fetch_budget: None,

@@ -1,5 +1,6 @@
 //! The shade pass: the radiance that leaves each visible point.
 
+mod half;
 mod mixture;
 mod multiple;
 mod rings;
@@ -9,6 +10,7 @@ mod single;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+pub use half::{halved, upsampled};
 pub use mixture::{Spread, Tap, VolumeTap, mixture, two_gaussians};
 pub use multiple::{TECHNIQUES, brdf, exact, samples, samples_shifted};
 pub use rings::rings;
