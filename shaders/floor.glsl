@@ -57,12 +57,6 @@ vec4 multiple_reads(vec3 q) {
         sum += FETCH_LINEAR(smoothed, level_place(i, st), frame.map.yz);
     }
 #endif
-#if defined(METHOD_HALF)
-    vec2 at = 0.5 * gl_FragCoord.xy - fract(0.5 * gl_FragCoord.xy - 0.5);
-    [[unroll]] for (int k = 0; k < 4; ++k) {
-        sum += FETCH_NEAREST(half_radiance, at + vec2(k & 1, k >> 1), vec2(textureSize(half_radiance, 0)));
-    }
-#endif
 #if defined(VOLUMES)
     vec3 at = vec3(st, q.z * frame.volume_scale.w);
     const int blended = FINE + FOUR + COARSE;
@@ -76,6 +70,11 @@ vec4 multiple_reads(vec3 q) {
         sum.x += FETCH_VOLUME(volumes, at * place.w + place.xyz, frame.volume_scale.xyz);
     }
 #endif
+#elif defined(METHOD_HALF)
+    vec2 at = 0.5 * gl_FragCoord.xy - fract(0.5 * gl_FragCoord.xy - 0.5);
+    [[unroll]] for (int k = 0; k < 4; ++k) {
+        sum += FETCH_NEAREST(half_radiance, at + vec2(k & 1, k >> 1), vec2(textureSize(half_radiance, 0)));
+    }
 #endif
     return sum;
 }

@@ -253,11 +253,18 @@ impl Ledger {
             match sum.measured {
                 Some(measured) if measured.most > sum.declared => lines.push(format!(
                     "{}{}, {}: {} declared, {} measured",
-                    of_half(&sum.pass), sum.shader, sum.term, sum.declared, measured.most
+                    of_half(&sum.pass),
+                    sum.shader,
+                    sum.term,
+                    sum.declared,
+                    measured.most
                 )),
                 None if self.counted && sum.term != BUFFER => lines.push(format!(
                     "{}{}, {}: {} declared, none measured",
-                    of_half(&sum.pass), sum.shader, sum.term, sum.declared
+                    of_half(&sum.pass),
+                    sum.shader,
+                    sum.term,
+                    sum.declared
                 )),
                 _ => {}
             }

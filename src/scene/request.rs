@@ -303,6 +303,10 @@ impl Request {
             Method::Exact => Err(format!(
                 "is not for the method exact, the reference; {another}"
             )),
+            _ if self.fetch_budget.is_some() => Err(
+                "is no choice that a fetch budget makes; choose --scattering full, or leave --fetch-budget out"
+                    .to_owned(),
+            ),
             _ if self.split.is_some() => Err(
                 "shades no picture that is split; choose --scattering full, or leave --split out"
                     .to_owned(),

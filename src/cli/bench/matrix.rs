@@ -2,7 +2,8 @@
 
 use crate::optics::mixture::Fit;
 use crate::scene::{
-    Bundled, Exits, Jitter, March, MeshSource, Method, Request, Scattering, Single, Viewpoint, defaults,
+    Bundled, Exits, Jitter, March, MeshSource, Method, Request, Scattering, Single, Viewpoint,
+    defaults,
 };
 
 /// A case before it is measured.
