@@ -718,7 +718,7 @@ const CASES: &[Case] = &[
         "bench reduce --json missing/t.json",
         &["missing/t.json", "create it"],
     ),
-    case("unknown bench", &[], "bench reduc", &["reduc", "reduce"]),
+    case("unknown bench", &[], "bench reduc", &["reduc", "no scene"]),
     case("unknown shell", &[], "completions tcsh", &["tcsh", "bash"]),
 ];
 
