@@ -56,7 +56,7 @@ def fetches(stats):
         f"{term['per_pixel']} {term['what']}"
         for p in stats["fetches"]["passes"]
         for term in p["terms"]
-        if term["term"] not in ("input", "texel")
+        if term["term"] not in ("input", "texel", "buffer")
     )
     return f"{stats['fetches']['per_pixel']} ({terms})"
 
