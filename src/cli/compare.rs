@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::{print, values};
-use crate::report::{Comparison, Domain, Format, Image, Output, compare, heatmap, image};
+use crate::report::{Comparison, Domain, Image, compare, heatmap, image};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -42,16 +42,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let map = match &arguments.map {
-        Some(path) if Format::of(path)? != Format::Png => {
-            return Err(Failure::Input(format!(
-                "{}: the map is for display; name a .png file",
-                path.display()
-            )));
-        }
-        Some(path) => Some(Output::check(path)?),
-        None => None,
-    };
+    let map = super::map_output(arguments.map.as_deref())?;
     let reference = Image::read(&arguments.reference)?;
     let image = Image::read(&arguments.image)?;
     let comparison = compare(&reference, &image)?;

@@ -5,7 +5,7 @@ use super::picture::PictureArguments;
 use super::progress::Bar;
 use super::{Global, print, values};
 use crate::frame;
-use crate::report::{Format, Output, fetches::Document, heatmap, image};
+use crate::report::{fetches::Document, heatmap, image};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -47,16 +47,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
-    let map = match &arguments.heatmap {
-        Some(path) if Format::of(path)? != Format::Png => {
-            return Err(Failure::Input(format!(
-                "{}: the map is for display; name a .png file",
-                path.display()
-            )));
-        }
-        Some(path) => Some(Output::check(path)?),
-        None => None,
-    };
+    let map = super::map_output(arguments.heatmap.as_deref())?;
     let (plan, _) = arguments.picture.plan(&global.options())?;
     if plan.split.is_some() {
         return Err(Failure::Input(

@@ -17,10 +17,12 @@ mod render;
 mod values;
 
 use crate::frame;
+use crate::report::{Format, Output};
 use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand};
 use failure::Failure;
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 
 /// How a command ended. The codes are part of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,6 +227,18 @@ fn complain(message: &str) {
         .collect();
     // If stderr is gone, the exit code still tells.
     let _ = writeln!(std::io::stderr(), "marmor: {line}");
+}
+
+/// Where a map for display goes, which is a PNG.
+fn map_output(path: Option<&Path>) -> Result<Option<Output>, Failure> {
+    match path {
+        Some(path) if Format::of(path)? != Format::Png => Err(Failure::Input(format!(
+            "{}: the map is for display; name a .png file",
+            path.display()
+        ))),
+        Some(path) => Ok(Some(Output::check(path)?)),
+        None => Ok(None),
+    }
 }
 
 /// Writes to stdout; a reader that has seen enough is no fault.

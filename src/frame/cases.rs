@@ -205,6 +205,7 @@ impl Session {
             floor: None,
             invocations: None,
         };
+        let costs = self.probe.costs();
         for line in declared {
             if line.pass != pass || line.term == INPUT {
                 continue;
@@ -222,8 +223,7 @@ impl Session {
             let fetches = f64::from(line.per_pixel) * times;
             sum.fetches += fetches;
             sum.bytes += fetches * f64::from(access.bytes() * access.texels());
-            let costs = self.probe.costs();
-            let cost = costs.into_iter().find(|cost| cost.access == access);
+            let cost = costs.iter().find(|cost| cost.access == access);
             // The rounds before this case and after it: the machine as it was meanwhile.
             let cost = cost.and_then(|cost| {
                 let last = cost.nanoseconds.iter().rev().take(2 * ROUNDS as usize);
