@@ -5,8 +5,10 @@
 pub mod bundled;
 mod bytes;
 pub mod camera;
+pub mod clip;
 pub mod color;
 pub mod defaults;
+pub mod deformer;
 pub mod error;
 pub mod file;
 pub mod framing;
@@ -14,6 +16,7 @@ pub mod light;
 pub mod limits;
 pub mod material;
 pub mod mesh;
+pub mod model;
 pub mod names;
 pub mod obj;
 pub mod plan;
@@ -24,11 +27,14 @@ pub mod volume;
 
 pub use bundled::Bundled;
 pub use camera::{Camera, View};
+pub use clip::Clip;
+pub use deformer::Deformer;
 pub use error::Error;
 pub use framing::Viewpoint;
 pub use light::{Light, LightFrame};
 pub use material::Material;
 pub use mesh::Mesh;
+pub use model::{Model, Pose};
 pub use plan::{
     Exits, Fourth, Jitter, March, Method, Mixture, Multiple, Plan, Scattering, Single, Taps,
 };
