@@ -12,6 +12,7 @@ use std::{env, fs, process, thread};
 
 /// Every shader of the frame but those that shade: file, variant, and the macros that make the variant.
 const SHADERS: &[(&str, &str, &[&str])] = &[
+    ("deform.comp", "", &[]),
     ("light.vert", "", &[]),
     ("light.frag", "", &[]),
     ("light.frag", "fourth", &["FOURTH"]),

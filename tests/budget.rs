@@ -28,7 +28,7 @@ fn plans() -> Vec<Plan> {
             light_map,
             unit,
             specular: light_map != 1024,
-            frames_averaged: 1 + u32::from(light_map == 256),
+            frames_averaged: Some(1 + u32::from(light_map == 256)),
             split: Some(Method::Brdf),
             mesh: MeshSource::Bundled(Bundled::Statue5k),
             ..Request::statue()

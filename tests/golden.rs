@@ -81,7 +81,7 @@ fn pictures_are_as_they_were() {
         request.material.sigma_s *= 0.2;
         request.material.sigma_a *= 0.2;
         request.background = Some([0.01, 0.02, 0.03]);
-        request.frames_averaged = if method == Method::Exact { 1 } else { 4 };
+        request.frames_averaged = Some(if method == Method::Exact { 1 } else { 4 });
         let plan = request.plan().expect("a plan");
         let mut renderer =
             Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");

@@ -103,7 +103,7 @@ fn requests() -> Vec<Request> {
                 single,
                 exits,
                 specular: (at + k) % 2 == 0,
-                frames_averaged: 1 + (at + k) as u32 % 3 % 2,
+                frames_averaged: Some(1 + (at + k) as u32 % 3 % 2),
                 ..method.clone()
             });
         }

@@ -3,6 +3,7 @@
 //! Results go to stdout. What went wrong goes to stderr as one line that names the file
 //! or flag and the remedy.
 
+mod animate;
 mod bench;
 mod compare;
 mod completions;
@@ -134,6 +135,7 @@ struct Global {
 #[derive(Subcommand, Debug)]
 enum Command {
     Render(Box<render::Arguments>),
+    Animate(Box<animate::Arguments>),
     Compare(compare::Arguments),
     Fetches(Box<fetches::Arguments>),
     Bench(bench::Arguments),
@@ -165,6 +167,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     log(&cli.global);
     let result = match &cli.command {
         Command::Render(arguments) => render::run(&cli.global, arguments),
+        Command::Animate(arguments) => animate::run(&cli.global, arguments),
         Command::Fetches(arguments) => fetches::run(&cli.global, arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Bench(arguments) => bench::run(&cli.global, arguments),

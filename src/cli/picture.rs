@@ -16,8 +16,8 @@ use std::path::PathBuf;
 /// What is drawn, and how. Flags override the scene file.
 #[derive(Args, Debug)]
 pub(super) struct PictureArguments {
-    /// A scene file (.toml), a mesh (.obj), or a bundled mesh: statue, statue-1k, statue-5k,
-    /// statue-20k
+    /// A scene file (.toml), a mesh (.obj, .gltf, .glb, or a sequence walk_%04d.obj), or a bundled mesh: statue,
+    /// statue-1k, statue-5k, statue-20k
     #[arg(value_name = "SCENE", default_value = "statue")]
     scene: PathBuf,
 
@@ -83,6 +83,14 @@ pub(super) struct PictureArguments {
     /// Without a distance the object is fitted into the picture.
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::camera, allow_hyphen_values = true, help_heading = "Light and camera")]
     camera: Option<Orbit>,
+
+    /// The instant of an animation, s [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = values::non_negative, allow_hyphen_values = true, help_heading = "Animation")]
+    pub(super) time: Option<f64>,
+
+    /// The clip of an animated mesh [default: its first]
+    #[arg(long, value_name = "NAME", help_heading = "Animation")]
+    clip: Option<String>,
 
     /// Choose how light is scattered by the fetches that a pixel may make, from 1 to 1000000
     ///
@@ -187,7 +195,10 @@ impl PictureArguments {
         }
         set(&mut request.size, &arguments.size);
         set(&mut request.exposure, &arguments.exposure);
-        set(&mut request.frames_averaged, &arguments.frames_averaged);
+        set(
+            &mut request.frames_averaged,
+            &arguments.frames_averaged.map(Some),
+        );
         set(&mut request.jitter, &arguments.jitter);
         set(&mut request.unit, &arguments.unit);
         set(&mut request.fetch_budget, &arguments.fetch_budget.map(Some));
@@ -214,6 +225,17 @@ impl PictureArguments {
             &arguments.background.map(|background| background.0),
         );
 
+        set(&mut request.time, &arguments.time.map(Some));
+        set(
+            &mut request.animation.clip,
+            &arguments.clip.clone().map(Some),
+        );
+        let chosen = [
+            arguments.material.is_some(),
+            arguments.sigma_s.is_some(),
+            arguments.sigma_a.is_some(),
+        ];
+        request.colored_by_mesh &= !chosen.contains(&true);
         set(&mut request.material, &arguments.material);
         let material = &mut request.material;
         set(&mut material.sigma_s, &arguments.sigma_s);
@@ -228,6 +250,7 @@ impl PictureArguments {
         if let Some(light) = arguments.light {
             request.light.azimuth = light.azimuth;
             request.light.elevation = light.elevation;
+            request.animation.light_keys = None;
         }
         if let Some(orbit) = arguments.camera {
             // The flag says from where; what the file looks at stays in the middle.
@@ -235,6 +258,7 @@ impl PictureArguments {
                 Viewpoint::Orbit { target, .. } => target,
                 Viewpoint::At { target, .. } => Some(target),
             };
+            request.animation.camera_keys = None;
             request.viewpoint = Viewpoint::Orbit {
                 azimuth: orbit.direction.azimuth,
                 elevation: orbit.direction.elevation,
@@ -347,21 +371,28 @@ impl PictureArguments {
     /// The plan of the request, and where a budget chose its methods, how. For a budget it asks the device that
     /// `options` name how it filters; whether a plan fits at all it knows without.
     pub(super) fn plan(&self, options: &frame::Options) -> Result<(Plan, Option<Chosen>), Failure> {
-        let request = self.request()?;
-        let plan = request.plan()?;
-        let Some(budget) = request.fetch_budget else {
-            return Ok((plan, None));
-        };
-        let rows = budget::table()?;
-        let mut chosen = budget::choose(&rows, &plan, budget, Filter::Linear)?;
-        let filter = frame::filter(options)?;
-        if filter != Filter::Linear {
-            // Taps cost more there, so that a cheaper plan may be the best.
-            chosen = budget::choose(&rows, &plan, budget, filter)?;
-        }
-        let (plan, chosen) = chosen;
-        Ok((plan, Some(chosen)))
+        plan(&self.request()?, options)
     }
+}
+
+/// The plan of `request`, as [`PictureArguments::plan`].
+pub(super) fn plan(
+    request: &Request,
+    options: &frame::Options,
+) -> Result<(Plan, Option<Chosen>), Failure> {
+    let plan = request.plan()?;
+    let Some(budget) = request.fetch_budget else {
+        return Ok((plan, None));
+    };
+    let rows = budget::table()?;
+    let mut chosen = budget::choose(&rows, &plan, budget, Filter::Linear)?;
+    let filter = frame::filter(options)?;
+    if filter != Filter::Linear {
+        // Taps cost more there, so that a cheaper plan may be the best.
+        chosen = budget::choose(&rows, &plan, budget, filter)?;
+    }
+    let (plan, chosen) = chosen;
+    Ok((plan, Some(chosen)))
 }
 
 #[cfg(test)]

@@ -57,6 +57,11 @@ impl Bar {
         self.show("rows of single scattering", done, of);
     }
 
+    /// Frames of an animation drawn.
+    pub(super) fn report_frames(&mut self, done: u64, of: u64) {
+        self.show("frames", done, of);
+    }
+
     /// Pictures drawn, those that take longer counted more than once.
     pub(super) fn report_pictures(&mut self, done: u64, of: u64) {
         self.show("pictures", done, of);

@@ -91,7 +91,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
 }
 
 /// Adds single scattering by ray casting, and encodes the picture anew.
-fn add_traced(plan: &Plan, picture: &mut frame::Picture, bar: &mut Bar) {
+pub(super) fn add_traced(plan: &Plan, picture: &mut frame::Picture, bar: &mut Bar) {
     let of = traced::rows(plan);
     let shared = Mutex::new((bar, 0));
     let term = traced::picture(plan, &|| {

@@ -3,6 +3,7 @@
 
 use crate::scene::{Exits, Jitter, March, Method, Single, color, limits};
 use glam::DVec3;
+use std::ops::RangeInclusive;
 
 fn number(text: &str) -> Result<f64, String> {
     text.trim()
@@ -53,6 +54,34 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 pub(super) fn non_negative(text: &str) -> Result<f64, String> {
     limits::non_negative(number(text)?)
+}
+
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    limits::finite(number(text)?)
+}
+
+pub(super) fn fps(text: &str) -> Result<f64, String> {
+    limits::fps(number(text)?)
+}
+
+/// Two numbers of frames, both of them meant.
+pub(super) fn range(text: &str) -> Result<RangeInclusive<u32>, String> {
+    let wrong = || {
+        format!(
+            "\"{text}\" is no range of frames; write the first and the last, such as 0..47, or one number"
+        )
+    };
+    let parse = |text: &str| text.trim().parse::<u32>().map_err(|_| wrong());
+    let (first, last) = match text.split_once("..") {
+        Some((first, last)) => (parse(first)?, parse(last)?),
+        None => (parse(text)?, parse(text)?),
+    };
+    if first > last {
+        return Err(format!(
+            "\"{text}\" ends before it begins; write {last}..{first}"
+        ));
+    }
+    Ok(first..=last)
 }
 
 pub(super) fn samples(text: &str) -> Result<u32, String> {

@@ -192,7 +192,7 @@ pub fn single(medium: &Medium, receiver: &Receiver) -> DVec3 {
 /// [`rows`].
 pub fn picture(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Vec<[f32; 3]> {
     let mesh = &plan.scene.mesh;
-    let (center, radius) = (mesh.center(), mesh.bounding_radius());
+    let (center, radius) = (plan.center(), plan.radius());
     let mut centered = mesh.clone();
     centered.positions.iter_mut().for_each(|p| *p -= center);
     let tracer = Tracer::new(&centered);

@@ -214,6 +214,7 @@ impl Shared {
             "finished",
             &[0; 4],
             vk::BufferUsageFlags::STORAGE_BUFFER,
+            Use::COMPUTE_STORAGE,
         )?;
         let image = &boxes.image;
         let mut bindings = vec![

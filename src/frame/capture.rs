@@ -48,6 +48,40 @@ pub enum Target {
 }
 
 impl Renderer {
+    /// Copies the vertices that the last frame drew to the host: position (mm, relative to [`Renderer::center`]) and
+    /// normal of each. Empty of a mesh that does not move.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub fn vertices(&mut self) -> gpu::Result<Vec<[f32; 6]>> {
+        let vertices = self.geometry.vertices();
+        if self.deform.is_none() {
+            return Ok(Vec::new());
+        }
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let readback = Buffer::new(
+            &self.device,
+            "vertices readback",
+            vertices.size(),
+            usage,
+            Location::Readback,
+        )?;
+        let mut slot = Slot::new(&self.device, "vertices")?;
+        let commands = slot.begin()?;
+        barrier::buffer(
+            &self.device,
+            commands,
+            c"RAW: the copy reads the vertices",
+            vertices,
+            Use::COMPUTE_STORAGE,
+            Use::COPY_SOURCE,
+        );
+        submit::record_buffer_readback(&self.device, commands, vertices, &readback);
+        slot.submit()?;
+        slot.wait()?;
+        Ok(bytemuck::pod_collect_to_vec(readback.read()?))
+    }
+
     /// Copies an intermediate image of the last frame to the host, as up to four floats a
     /// texel, row-major; missing components are 0.
     ///

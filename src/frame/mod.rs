@@ -8,6 +8,7 @@ mod boxes;
 mod boxes_ways;
 mod capture;
 pub mod cases;
+mod deform;
 mod exact;
 mod fetches;
 mod geometry;
@@ -44,7 +45,8 @@ pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use fetches::{Shaders, stages};
 pub use run::{
-    Counted, DeviceInfo, Error, Options, Picture, count, devices, filter, open_device, render,
+    Animator, Counted, DeviceInfo, Error, Options, Picture, count, devices, filter, open_device,
+    render,
 };
 
 use crate::gpu::{
@@ -55,9 +57,12 @@ use crate::ledger::{EXACT_TEXELS, Filter, HALF_SHADE as HALF_SHADE_PASS};
 use crate::optics::sampling::r2;
 use crate::optics::single::PathFit;
 use crate::scene::volume::Volumes;
-use crate::scene::{Jitter, LightFrame, Multiple, Plan, Scattering, Taps, View};
+use crate::scene::{
+    Jitter, LightFrame, Mesh, Moment, Multiple, Plan, Pose, Scattering, Taps, View,
+};
 use boxes::BoxesPass;
 use bytemuck::Zeroable;
+use deform::DeformPass;
 use exact::ExactPass;
 use fetches::{Build, COUNTING, Counters};
 use geometry::Geometry;
@@ -84,7 +89,8 @@ const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 const EXACT_PAIRS: u64 = 1 << 24;
 
 /// The passes, in the order of the frame; each has a label and a pair of timestamps.
-const PASSES: [(&str, &CStr); 13] = [
+const PASSES: [(&str, &CStr); 14] = [
+    ("deform", c"deform"),
     ("light", c"light"),
     ("reduce", c"reduce"),
     ("boxes", c"boxes"),
@@ -99,19 +105,20 @@ const PASSES: [(&str, &CStr); 13] = [
     ("resolve", c"resolve"),
     ("readback", c"readback"),
 ];
-const LIGHT: u32 = 0;
-const REDUCE: u32 = 1;
-const BOXES: u32 = 2;
-const VOLUME: u32 = 3;
-const HALF_BACK: u32 = 4;
-const HALF_VIEW: u32 = 5;
-const HALF_SHADE: u32 = 6;
-const BACK: u32 = 7;
-const VIEW: u32 = 8;
-const SHADE: u32 = 9;
-const EXACT: u32 = 10;
-const RESOLVE: u32 = 11;
-const READBACK: u32 = 12;
+const DEFORM: u32 = 0;
+const LIGHT: u32 = 1;
+const REDUCE: u32 = 2;
+const BOXES: u32 = 3;
+const VOLUME: u32 = 4;
+const HALF_BACK: u32 = 5;
+const HALF_VIEW: u32 = 6;
+const HALF_SHADE: u32 = 7;
+const BACK: u32 = 8;
+const VIEW: u32 = 9;
+const SHADE: u32 = 10;
+const EXACT: u32 = 11;
+const RESOLVE: u32 = 12;
+const READBACK: u32 = 13;
 
 /// The passes that draw, and whose fragments can be counted.
 const DRAWS: [u32; 8] = [
@@ -166,6 +173,7 @@ pub struct Renderer {
     statistics: Vec<Statistics>,
     uniforms: Vec<Buffer>,
     geometry: Geometry,
+    deform: Option<DeformPass>,
     light: LightPass,
     reduce: Option<ReducePass>,
     box_levels: Option<BoxesPass>,
@@ -191,12 +199,16 @@ pub struct Renderer {
     center: DVec3,
     radius: f64,
     light_frame: LightFrame,
+    pose: Option<Pose>,
+    // Whether the vertices stand in that pose.
+    posed: bool,
     // Where the map lay when it was last drawn: all that may change it.
     drawn: Option<LightFrame>,
     pending: Vec<bool>,
     pass_totals: [f64; PASSES.len()],
     frames: u32,
     light_draws: u32,
+    deforms: u32,
     measure: bool,
     keep_gbuffer: bool,
     marches: bool,
@@ -243,8 +255,8 @@ impl Renderer {
         };
         let mesh = &plan.scene.mesh;
         // Positions are kept relative to the middle, so that float32 serves them best.
-        let center = mesh.center();
-        let radius = mesh.bounding_radius();
+        let (center, radius) = (plan.center(), plan.radius());
+        let moving = plan.motion.as_ref().filter(|motion| motion.deforms());
         let light_frame = plan.light_frame();
         let taps = plan.methods().find_map(|method| match method {
             Multiple::Mixture(mixture) => Some(plan.taps(mixture, &light_frame)),
@@ -282,7 +294,14 @@ impl Renderer {
             uniforms.collect::<gpu::Result<Vec<_>>>()
         };
         let uniforms = uniforms_of("")?;
-        let geometry = Geometry::new(device, mesh, center)?;
+        let (geometry, deform) = match moving {
+            None => (Geometry::new(device, mesh, center)?, None),
+            Some(motion) => {
+                let geometry = Geometry::moving(device, &motion.model)?;
+                let deform = DeformPass::new(device, &motion.model, &geometry, FRAMES_IN_FLIGHT)?;
+                (geometry, Some(deform))
+            }
+        };
         let map = LightMap::new(device, plan.light_map, pyramid.as_ref())?;
         let has_rings = plan.methods().any(|m| matches!(m, Multiple::Rings(_)));
         let boxes = has_rings
@@ -329,7 +348,13 @@ impl Renderer {
         )?;
         // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
         // as the others.
-        let solid = mesh.is_solid();
+        let solid = match moving {
+            // What moves stays closed; shapes may differ.
+            Some(motion) if motion.model.shapes.len() > 1 => {
+                motion.model.shapes.iter().all(Mesh::is_solid)
+            }
+            _ => mesh.is_solid(),
+        };
         let light = LightPass::new(device, &uniforms, &map, solid)?;
         let reduce = map
             .pyramid
@@ -344,7 +369,10 @@ impl Renderer {
             .as_ref()
             .map(|light| VolumePass::new(device, &map.moments, light, build))
             .transpose()?;
-        let solid = mesh.is_solid_from(plan.scene.camera.eye);
+        let solid = match &plan.motion {
+            Some(motion) => motion.seen_from_outside && solid,
+            None => mesh.is_solid_from(plan.scene.camera.eye),
+        };
         let half_parts = half_parts(plan, &light_frame);
         let half = (!half_parts.is_empty())
             .then(|| {
@@ -394,6 +422,7 @@ impl Renderer {
             statistics,
             uniforms,
             geometry,
+            deform,
             light,
             reduce,
             box_levels,
@@ -419,11 +448,14 @@ impl Renderer {
             center,
             radius,
             light_frame,
+            pose: moving.map(|motion| motion.pose(plan.time)),
+            posed: false,
             drawn: None,
             pending: vec![false; FRAMES_IN_FLIGHT],
             pass_totals: [0.0; PASSES.len()],
             frames: 0,
             light_draws: 0,
+            deforms: 0,
             measure,
             keep_gbuffer,
             marches: parts.iter().any(|part| part.march.is_some()),
@@ -431,6 +463,19 @@ impl Renderer {
             counters,
             device: Arc::clone(device),
         })
+    }
+
+    /// Goes to another instant of what moves: the frames that follow are of it. It makes nothing on the device.
+    pub fn show(&mut self, moment: &Moment) {
+        self.plan.scene.light.clone_from(&moment.light);
+        self.plan.scene.camera.clone_from(&moment.camera);
+        self.light_frame.clone_from(&moment.light_frame);
+        if self.deform.is_some() && self.pose.as_ref() != Some(&moment.pose) {
+            self.pose = Some(moment.pose.clone());
+            self.posed = false;
+            // The map may lie as it did, but shows another mesh.
+            self.drawn = None;
+        }
     }
 
     /// The point that positions on the device are relative to, mm.
@@ -468,7 +513,7 @@ impl Renderer {
     ) -> gpu::Result<Duration> {
         let (first, frames) = (range.start, range.end.saturating_sub(range.start));
         self.pass_totals = [0.0; PASSES.len()];
-        (self.frames, self.light_draws) = (frames, 0);
+        (self.frames, self.light_draws, self.deforms) = (frames, 0, 0);
         let start = Instant::now();
         for index in range {
             let done = index - first;
@@ -477,6 +522,9 @@ impl Renderer {
             self.write_uniforms(slot, index, done)?;
 
             let mut commands = self.start(slot)?;
+            if self.poses(slot)? {
+                self.record_deform(commands, slot);
+            }
             if self.draws_light(index) {
                 self.record_light(commands, slot);
             }
@@ -518,6 +566,11 @@ impl Renderer {
             if let Some(statistics) = self.statistics.get(slot) {
                 statistics.reset(commands);
             }
+            // Both, so that the checker sees a mesh move while the frame before draws it.
+            self.posed = false;
+            if self.poses(slot)? {
+                self.record_deform(commands, slot);
+            }
             if self.draws_light(slot as u32) {
                 self.record_light(commands, slot);
             }
@@ -556,6 +609,39 @@ impl Renderer {
             }
         }
         self.uniforms[slot].write(bytemuck::bytes_of(&full))
+    }
+
+    /// Whether the frame that is to be recorded poses the mesh, which is then set for `slot`: the first of each instant
+    /// does.
+    fn poses(&mut self, slot: usize) -> gpu::Result<bool> {
+        let (Some(deform), Some(pose)) = (&mut self.deform, &self.pose) else {
+            return Ok(false);
+        };
+        if std::mem::replace(&mut self.posed, true) {
+            return Ok(false);
+        }
+        deform.write(slot, pose, self.center)?;
+        self.deforms += 1;
+        self.geometry.shape = pose.shape;
+        Ok(true)
+    }
+
+    /// deform: the vertices of this instant.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_deform(&self, commands: vk::CommandBuffer, slot: usize) {
+        let (device, vertices) = (&*self.device, self.geometry.vertices());
+        let Some(deform) = &self.deform else { return };
+        barrier::buffer(
+            device, commands, c"WAR, WAW: the previous frame draws the vertices that its own deform has written",
+            vertices, Use::VERTEX_INPUT.and(Use::COMPUTE_STORAGE), Use::COMPUTE_STORAGE,
+        );
+        self.begin(commands, slot, DEFORM);
+        deform.record(commands, slot, self.geometry.shape);
+        self.end(commands, slot, DEFORM);
+        barrier::buffer(
+            device, commands, c"RAW: light, back faces and view draw the vertices",
+            vertices, Use::COMPUTE_STORAGE, Use::VERTEX_INPUT,
+        );
     }
 
     /// Whether frame `index`, which is to be recorded, draws the light map: not where it would draw what the last one
@@ -934,6 +1020,7 @@ impl Renderer {
             .filter(|(_, total)| *total > 0.0)
             .map(|((pass, (name, _)), total)| {
                 let frames = match pass {
+                    DEFORM => self.deforms,
                     LIGHT | REDUCE | BOXES | VOLUME => self.light_draws,
                     READBACK => 1,
                     _ => self.frames,

@@ -1,15 +1,17 @@
 //! From a plan to a picture: opens a device, renders, reports.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use ash::vk;
 
+use super::deform::DeformPass;
 use super::geometry::Geometry;
 use super::{PassTime, Progress, Renderer, Setup, Shaders};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger::{self, Filter, Ledger};
 use crate::scene::pyramid::Atlas;
-use crate::scene::{Multiple, Plan, Scattering, limits};
+use crate::scene::{Motion, Multiple, Plan, Scattering, limits};
 
 /// Names a Vulkan loader library in place of the system's.
 const LOADER_VARIABLE: &str = "MARMOR_VULKAN_LOADER";
@@ -229,6 +231,12 @@ pub fn render(
         renderer.forget_light();
     }
     let wall = renderer.render(progress)?;
+    picture(plan, &renderer, wall)
+}
+
+/// What `renderer` has drawn of `plan`, in `wall` a frame.
+fn picture(plan: &Plan, renderer: &Renderer, wall: Duration) -> Result<Picture, Error> {
+    let device = &renderer.device;
     let radiance = renderer.radiance()?;
     if let Some(at) = radiance
         .iter()
@@ -262,6 +270,53 @@ pub fn render(
             .collect(),
         validation_messages: device.instance().take_messages(),
     })
+}
+
+/// What draws the frames of an animation, one by one, each by its number alone.
+pub struct Animator {
+    renderer: Renderer,
+    plan: Plan,
+    motion: Arc<Motion>,
+}
+
+impl Animator {
+    /// Prepares `plan`, in which `motion` moves: every image, buffer and pipeline.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn new(options: &Options, plan: &Plan, motion: &Arc<Motion>) -> Result<Animator, Error> {
+        let device = open_device(options)?;
+        check_fit(options, plan, device.candidate())?;
+        let setup = Setup {
+            measure: options.measure,
+            ..Setup::default()
+        };
+        let renderer = Renderer::new(&device, plan, &setup)?;
+        warn_coarse(plan, &renderer);
+        warn_volumes(plan);
+        Ok(Animator {
+            renderer,
+            plan: plan.clone(),
+            motion: Arc::clone(motion),
+        })
+    }
+
+    /// Draws frame `number`: as many jittered frames of that instant as the plan averages. What was drawn before plays no
+    /// part.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn draw(
+        &mut self,
+        number: u32,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Picture, Error> {
+        let time = self.motion.time(number);
+        let moment = self.motion.moment(time, self.plan.light_map);
+        self.renderer.show(&moment);
+        let wall = self.renderer.render(progress)?;
+        picture(&self.plan, &self.renderer, wall)
+    }
 }
 
 /// What a counting build of a plan's shaders has read.
@@ -332,7 +387,11 @@ pub(super) fn check_fit(
             plan.light_map, candidate.name
         )));
     }
-    let vertices = plan.scene.mesh.positions.len();
+    let moving = plan.motion.as_ref().filter(|motion| motion.deforms());
+    let vertices = moving.map_or(plan.scene.mesh.positions.len(), |motion| {
+        let shapes = motion.model.shapes.iter();
+        shapes.map(|shape| shape.positions.len()).max().unwrap_or(0)
+    });
     let most = candidate.limits.max_draw_indexed_index_value;
     if vertices as u64 > u64::from(most) {
         return Err(Error::TooLarge(format!(
@@ -385,7 +444,10 @@ pub(super) fn check_fit(
             _ => {}
         }
     }
-    let mesh = Geometry::bytes(&plan.scene.mesh);
+    let mesh = match moving {
+        Some(motion) => Geometry::moving_bytes(&motion.model) + DeformPass::bytes(&motion.model),
+        None => Geometry::bytes(&plan.scene.mesh),
+    };
     let memory = options
         .memory_limit
         .unwrap_or(u64::MAX)

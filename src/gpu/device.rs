@@ -2,6 +2,7 @@
 
 use std::ffi::{CStr, CString};
 use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use ash::{ext, vk};
@@ -251,7 +252,15 @@ pub struct Device {
     pub(crate) allocator: ManuallyDrop<Mutex<allocator::Allocator>>,
     debug: Option<ext::debug_utils::Device>,
     candidate: Candidate,
+    made: Made,
     instance: Arc<Instance>,
+}
+
+/// How much was ever made on a device: what a frame loop must leave as it is.
+#[derive(Debug, Default)]
+pub(crate) struct Made {
+    pub allocations: AtomicU64,
+    pub pipelines: AtomicU64,
 }
 
 impl Device {
@@ -318,11 +327,28 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             debug,
             candidate: candidate.clone(),
+            made: Made::default(),
             instance: Arc::clone(instance),
             raw,
         });
         device.name(queue, "queue");
         Ok(device)
+    }
+
+    /// Counts of what was made so far.
+    pub(crate) fn made(&self) -> &Made {
+        &self.made
+    }
+
+    /// How many pieces of memory were allocated so far, and how many pipelines made.
+    pub fn tally(&self) -> [u64; 2] {
+        [&self.made.allocations, &self.made.pipelines].map(|count| count.load(Ordering::Relaxed))
+    }
+
+    /// Bytes of device memory that buffers and images hold now.
+    pub fn bytes_in_use(&self) -> u64 {
+        let report = lock(&self.allocator).generate_report();
+        report.total_allocated_bytes
     }
 
     /// What was queried of the device before it was opened.

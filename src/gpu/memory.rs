@@ -1,6 +1,7 @@
 //! Buffers.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::*};
@@ -36,6 +37,7 @@ pub(super) fn allocate(
     location: MemoryLocation,
     linear: bool,
 ) -> Result<Allocation> {
+    device.made().allocations.fetch_add(1, Ordering::Relaxed);
     let mut allocator = lock(&device.allocator);
     allocator
         .allocate(&AllocationCreateDesc {

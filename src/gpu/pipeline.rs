@@ -1,6 +1,7 @@
 //! Shaders, render passes and pipelines.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 
@@ -160,6 +161,7 @@ impl ComputePipeline {
             .stage(module.stage().specialization_info(&values))
             .layout(layout);
         // SAFETY: module and layout are alive and match.
+        device.made().pipelines.fetch_add(1, Ordering::Relaxed);
         let made = unsafe {
             device
                 .raw
@@ -484,6 +486,7 @@ impl GraphicsPipeline {
             .render_pass(pass.raw)
             .subpass(desc.subpass);
         // SAFETY: everything `info` points to is alive and matches the pass.
+        device.made().pipelines.fetch_add(1, Ordering::Relaxed);
         let made = unsafe {
             device
                 .raw

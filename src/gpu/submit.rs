@@ -119,7 +119,7 @@ impl Drop for Slot {
     }
 }
 
-/// Fills a new device buffer with `data` through a staging buffer, and waits.
+/// Fills a new device buffer with `data` through a staging buffer, ready for the use `after`, and waits.
 ///
 /// # Errors
 /// [`super::Error::OutOfMemory`] naming the buffer, or what the driver says.
@@ -128,6 +128,7 @@ pub fn upload_buffer(
     name: &str,
     data: &[u8],
     usage: vk::BufferUsageFlags,
+    after: Use,
 ) -> super::Result<Buffer> {
     let size = data.len().max(4) as u64;
     let mut staging = Buffer::new(
@@ -161,10 +162,10 @@ pub fn upload_buffer(
     barrier::buffer(
         device,
         commands,
-        c"RAW: vertices are fetched after the upload",
+        c"RAW: the buffer is read after the upload",
         &target,
         Use::COPY_TARGET,
-        Use::VERTEX_INPUT,
+        after,
     );
     slot.submit()?;
     slot.wait()?;
@@ -339,6 +340,35 @@ pub fn record_level_readback(
         commands,
         c"RAW: the host reads after the copy",
         buffer,
+        Use::COPY_TARGET,
+        Use::HOST_READ,
+    );
+}
+
+/// Records the copy of all of `from`, which was made visible to it, to `to`, which is as large, and makes it visible to
+/// the host.
+pub fn record_buffer_readback(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    from: &Buffer,
+    to: &Buffer,
+) {
+    let region = [vk::BufferCopy {
+        src_offset: 0,
+        dst_offset: 0,
+        size: from.size().min(to.size()),
+    }];
+    // SAFETY: `commands` is being recorded; both buffers are alive and hold the region.
+    unsafe {
+        device
+            .raw
+            .cmd_copy_buffer(commands, from.raw, to.raw, &region);
+    }
+    barrier::buffer(
+        device,
+        commands,
+        c"RAW: the host reads after the copy",
+        to,
         Use::COPY_TARGET,
         Use::HOST_READ,
     );

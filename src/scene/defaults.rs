@@ -62,3 +62,17 @@ pub const FRAMES_AVERAGED: u32 = 1;
 
 /// What is radiance multiplied by before it is encoded for display?
 pub const EXPOSURE: f64 = 1.0;
+
+/// How many frames a second has an animation?
+pub const FPS: f64 = 24.0;
+
+/// How many seconds has an animation where nothing in it says so, as a turntable of a still mesh? Slow
+/// enough to look.
+pub const DURATION: f64 = 4.0;
+
+/// How many frames may a loop have? Each is posed before the first is drawn, to learn what all of them fill, which
+/// takes a millisecond or two.
+pub const FRAMES_MAX: u32 = 10_000;
+
+/// How many frames of one instant does an animation average? Eight leave no stairs at silhouettes.
+pub const FRAMES_AVERAGED_MOVING: u32 = 8;

@@ -2,6 +2,10 @@
 //! where it stands. The schema is described in docs/scene.md.
 
 use super::bundled::{self, Bundled};
+use super::deformer::{DEFORMERS_MAX, Deformer, Kind};
+use super::keys::{Ease, Track};
+use super::motion::CameraKeys;
+use super::sequence::Pattern;
 use super::{
     Error, Exits, Jitter, Light, March, Material, MeshSource, Method, Mixture, Request, Scattering,
     Single, Viewpoint, bytes, color, defaults, limits, names,
@@ -11,7 +15,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-const TOP: [&str; 10] = [
+const TOP: [&str; 11] = [
     "mesh",
     "unit",
     "material",
@@ -22,6 +26,7 @@ const TOP: [&str; 10] = [
     "camera",
     "method",
     "name",
+    "animation",
 ];
 const MATERIAL: [&str; 6] = ["preset", "sigma_s", "sigma_a", "eta", "g", "roughness"];
 const LIGHT: [&str; 4] = ["azimuth", "elevation", "irradiance", "color"];
@@ -54,6 +59,22 @@ const METHOD: [&str; 18] = [
     "jitter",
     "split",
 ];
+
+const ANIMATION: [&str; 7] = [
+    "clip", "fps", "duration", "time", "deform", "light", "camera",
+];
+const DEFORM: [&str; 7] = [
+    "kind",
+    "axis",
+    "towards",
+    "amplitude",
+    "period",
+    "phase",
+    "wavelength",
+];
+const MOVING: [&str; 3] = ["turns", "interpolation", "keys"];
+const LIGHT_KEY: [&str; 5] = ["time", "azimuth", "elevation", "irradiance", "color"];
+const CAMERA_KEY: [&str; 6] = ["time", "azimuth", "elevation", "distance", "target", "fov"];
 
 /// What a fetch budget chooses, so that nothing else may.
 const CHOSEN: [&str; 12] = [
@@ -119,6 +140,7 @@ pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Request, Error> {
     top.read("background", Field::background, |v| request.background = v)?;
     if let Some(field) = top.get("material") {
         request.material = field.material()?;
+        request.colored_by_mesh = false;
     }
     if let Some(section) = top.section("light", &LIGHT)? {
         light(&section, &mut request.light)?;
@@ -130,7 +152,217 @@ pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Request, Error> {
     if let Some(section) = top.section("method", &METHOD)? {
         method(&section, &mut request)?;
     }
+    // Last: keyframes start from the light and the camera.
+    if let Some(section) = top.section("animation", &ANIMATION)? {
+        animation(&section, &mut request)?;
+    }
     Ok(request)
+}
+
+fn animation(section: &Section, request: &mut Request) -> Result<(), Error> {
+    let clip = |value: &str| request.animation.clip = Some(value.to_owned());
+    section.read("clip", Field::text, clip)?;
+    section.read(
+        "fps",
+        |f| f.number(limits::fps),
+        |v| request.animation.fps = v,
+    )?;
+    section.read(
+        "duration",
+        |f| f.number(limits::positive),
+        |v| request.animation.duration = Some(v),
+    )?;
+    section.read(
+        "time",
+        |f| f.number(limits::non_negative),
+        |v| request.time = Some(v),
+    )?;
+    if let Some(field) = section.get("deform") {
+        let tables = field.tables("deform", &DEFORM)?;
+        if tables.len() > DEFORMERS_MAX {
+            return Err(field.error(&format!(
+                "must have at most {DEFORMERS_MAX} tables, not {}",
+                tables.len()
+            )));
+        }
+        let deformers = tables.iter().map(deformer);
+        request.animation.deformers = deformers.collect::<Result<_, _>>()?;
+    }
+    if let Some(section) = section.titled("light", "animation.light", &MOVING)? {
+        light_motion(&section, request)?;
+    }
+    if let Some(section) = section.titled("camera", "animation.camera", &MOVING)? {
+        camera_motion(&section, request)?;
+    }
+    Ok(())
+}
+
+fn deformer(section: &Section) -> Result<Deformer, Error> {
+    let kind = section.required("kind", |f| f.named(Kind::named))?;
+    let amplitude = section.required("amplitude", |f| f.number(limits::finite))?;
+    let idle = [
+        (
+            "towards",
+            matches!(kind, Kind::Bend | Kind::Wave),
+            "a bend or a wave",
+        ),
+        ("wavelength", kind == Kind::Wave, "a wave"),
+    ];
+    for (key, used, of) in idle {
+        if let Some(field) = section.get(key).filter(|_| !used) {
+            return Err(field.error(&format!("is for {of}; drop it")));
+        }
+    }
+    let number = |key, check: fn(f64) -> Result<f64, String>| {
+        section.value(key, |field| field.number(check))
+    };
+    Ok(Deformer {
+        kind,
+        axis: section
+            .value("axis", |f| f.vector(limits::direction))?
+            .unwrap_or(DVec3::Y),
+        towards: section.value("towards", |f| f.vector(limits::direction))?,
+        amplitude,
+        period: number("period", limits::positive)?.unwrap_or(defaults::DURATION),
+        phase: number("phase", limits::finite)?.unwrap_or(0.0),
+        wavelength: number("wavelength", limits::positive)?,
+    })
+}
+
+/// Keyframes as they stand in a file.
+struct Keyframes<'a> {
+    times: Vec<f64>,
+    tables: Vec<Section<'a>>,
+    ease: Ease,
+}
+
+/// The keyframes of `section`, if it has any.
+fn keyframes<'a>(section: &Section<'a>, known: &[&str]) -> Result<Option<Keyframes<'a>>, Error> {
+    let ease = section.value("interpolation", |f| f.named(Ease::named))?;
+    let Some(field) = section.get("keys") else {
+        return match section.get("interpolation") {
+            Some(field) => Err(field.error("has no effect without keys; drop it, or write keys")),
+            None => Ok(None),
+        };
+    };
+    let tables = field.tables("keys", known)?;
+    if tables.is_empty() {
+        return Err(field.error("must hold a keyframe, {time = 0, ...}"));
+    }
+    let mut times = Vec::new();
+    for table in &tables {
+        let time = table.required("time", |f| f.number(limits::non_negative))?;
+        if times.last().is_some_and(|&last| last >= time) {
+            return Err(table.at("time", "must be later than that of the key before"));
+        }
+        times.push(time);
+    }
+    Ok(Some(Keyframes {
+        times,
+        tables,
+        ease: ease.unwrap_or_default(),
+    }))
+}
+
+fn light_motion(section: &Section, request: &mut Request) -> Result<(), Error> {
+    let animation = &mut request.animation;
+    section.read(
+        "turns",
+        |f| f.number(limits::finite),
+        |v| animation.light_turns = v,
+    )?;
+    let Some(Keyframes {
+        times,
+        tables,
+        ease,
+    }) = keyframes(section, &LIGHT_KEY)?
+    else {
+        return Ok(());
+    };
+    let values = tables.iter().map(|table| {
+        let mut at = request.light.clone();
+        light(table, &mut at)?;
+        let [r, g, b] = at.color.to_array();
+        Ok([at.azimuth, at.elevation, at.irradiance, r, g, b])
+    });
+    animation.light_keys = Some(Track {
+        times,
+        values: values.collect::<Result<_, Error>>()?,
+        ease,
+    });
+    Ok(())
+}
+
+fn camera_motion(section: &Section, request: &mut Request) -> Result<(), Error> {
+    let animation = &mut request.animation;
+    section.read(
+        "turns",
+        |f| f.number(limits::finite),
+        |v| animation.camera_turns = v,
+    )?;
+    let Some(Keyframes {
+        times,
+        tables,
+        ease,
+    }) = keyframes(section, &CAMERA_KEY)?
+    else {
+        return Ok(());
+    };
+    let Viewpoint::Orbit {
+        azimuth,
+        elevation,
+        distance,
+        target,
+    } = request.viewpoint
+    else {
+        return Err(section.at(
+            "keys",
+            "are of a camera on an orbit; write azimuth and elevation in [camera] in place of eye",
+        ));
+    };
+    let mut angles = Vec::new();
+    let (mut distances, mut targets) = (Vec::new(), Vec::new());
+    for table in &tables {
+        let number = |key, check: fn(f64) -> Result<f64, String>| {
+            table.value(key, |field| field.number(check))
+        };
+        angles.push([
+            number("azimuth", limits::finite)?.unwrap_or(azimuth),
+            number("elevation", limits::elevation)?.unwrap_or(elevation),
+            number("fov", limits::fov)?.unwrap_or(request.fov),
+        ]);
+        distances.extend(number("distance", limits::positive)?.or(distance));
+        let at = table.value("target", |f| f.vector(limits::point))?;
+        targets.extend(at.or(target).map(|t| t.to_array()));
+    }
+    let all = |found: usize, key: &str| match found {
+        0 => Ok(false),
+        _ if found == tables.len() => Ok(true),
+        _ => Err(section.at(
+            "keys",
+            &format!("have {key} in some only; write it in all of them, or in [camera]"),
+        )),
+    };
+    let has_distance = all(distances.len(), "distance")?;
+    let has_target = all(targets.len(), "target")?;
+    animation.camera_keys = Some(CameraKeys {
+        distance: has_distance.then(|| Track {
+            times: times.clone(),
+            values: distances.iter().map(|&d| [d]).collect(),
+            ease,
+        }),
+        target: has_target.then(|| Track {
+            times: times.clone(),
+            values: targets,
+            ease,
+        }),
+        angles: Track {
+            times,
+            values: angles,
+            ease,
+        },
+    });
+    Ok(())
 }
 
 fn light(section: &Section, light: &mut Light) -> Result<(), Error> {
@@ -252,7 +484,7 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
     section.read(
         "frames_averaged",
         |f| f.whole(limits::frames_averaged),
-        |v| request.frames_averaged = v,
+        |v| request.frames_averaged = Some(v),
     )?;
     section.read("jitter", |f| f.named(Jitter::named), |v| request.jitter = v)
 }
@@ -354,13 +586,48 @@ impl<'a> Section<'a> {
         })
     }
 
+    /// The value of a key that must be given.
+    fn required<T>(
+        &self,
+        key: &'a str,
+        read: impl FnOnce(&Field<'a>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        match self.value(key, read)? {
+            Some(value) => Ok(value),
+            None => Err(self.at("", &format!("needs {key}"))),
+        }
+    }
+
+    /// A fault of `key`, or where it is not given of the table.
+    fn at(&self, key: &'a str, phrase: &str) -> Error {
+        if let Some(field) = self.get(key) {
+            return field.error(phrase);
+        }
+        let first = self.table.keys().map(|key| key.span().start).min();
+        let problem = format!("a table of [{}] {phrase}", self.title);
+        match first {
+            Some(offset) => Error::at(self.document.name, self.document.line(offset), problem),
+            None => Error::of(self.document.name, problem),
+        }
+    }
+
     fn section(&self, key: &'a str, known: &[&str]) -> Result<Option<Section<'a>>, Error> {
+        self.titled(key, key, known)
+    }
+
+    /// The table under `key`, whose full name is `title`.
+    fn titled(
+        &self,
+        key: &'a str,
+        title: &'a str,
+        known: &[&str],
+    ) -> Result<Option<Section<'a>>, Error> {
         let Some(field) = self.get(key) else {
             return Ok(None);
         };
         match field.value.get_ref() {
-            DeValue::Table(table) => Section::open(self.document, key, table, known).map(Some),
-            _ => Err(field.must_be(&format!("a table, [{key}] on a line of its own"))),
+            DeValue::Table(table) => Section::open(self.document, title, table, known).map(Some),
+            _ => Err(field.must_be(&format!("a table, [{title}] on a line of its own"))),
         }
     }
 }
@@ -414,6 +681,17 @@ impl<'a> Field<'a> {
     fn whole<T>(&self, check: impl Fn(i64) -> Result<T, String>) -> Result<T, Error> {
         let value = integer(self.value.get_ref()).ok_or_else(|| self.must_be("a whole number"))?;
         self.checked(check(value))
+    }
+
+    /// An array of tables, which together are called `title`.
+    fn tables(&self, title: &'a str, known: &[&str]) -> Result<Vec<Section<'a>>, Error> {
+        let wrong = || self.must_be("an array of tables, [{...}, {...}]");
+        let array = self.value.get_ref().as_array().ok_or_else(wrong)?;
+        let tables = array.iter().map(|value| match value.get_ref() {
+            DeValue::Table(table) => Section::open(self.document, title, table, known),
+            _ => Err(wrong()),
+        });
+        tables.collect()
     }
 
     fn truth(&self) -> Result<bool, Error> {
@@ -503,14 +781,15 @@ impl<'a> Field<'a> {
             return Ok(MeshSource::Bundled(bundled));
         }
         let path = folder.join(name);
-        let is_obj = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-        if !is_obj {
+        if !MeshSource::is_mesh(&path) {
             let remedy = names::remedy(name, &bundled::NAMES);
             return Err(self.error(&format!(
-                "\"{name}\" is neither an .obj file nor a bundled mesh; {remedy}"
+                "\"{name}\" is neither an .obj, .gltf or .glb file nor a bundled mesh; {remedy}"
             )));
+        }
+        // Which files a sequence has is known when it is loaded.
+        if self.checked(Pattern::of(&path))?.is_some() {
+            return Ok(MeshSource::File(path));
         }
         // Looked for here, while the line is known.
         if !path.exists() {
@@ -617,6 +896,10 @@ mod tests {
         // Pi is written with fewer digits than it has.
         assert!((found.light.irradiance - defaults::LIGHT_IRRADIANCE).abs() < 1e-12);
         found.light.irradiance = defaults::LIGHT_IRRADIANCE;
+        assert_eq!(
+            found.frames_averaged.take(),
+            Some(defaults::FRAMES_AVERAGED)
+        );
         found.name = "statue".to_owned();
         assert_eq!(found, Request::statue());
     }
@@ -679,7 +962,7 @@ mod tests {
         assert_eq!(request.split, Some(Method::Brdf));
         assert_eq!(
             (request.samples, request.light_map, request.frames_averaged),
-            (7, 128, 3)
+            (7, 128, Some(3))
         );
         assert!(!request.specular);
         assert_eq!(request.jitter, Jitter::Samples);

@@ -1,7 +1,7 @@
 //! Cameras that orbit a mesh and fit it into the picture.
 
 use super::{Camera, defaults};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// Where the camera stands, as a scene file or a flag says it.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +39,78 @@ impl Default for Viewpoint {
     }
 }
 
+/// A viewpoint at one instant, and its vertical field of view, degrees.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Turned {
+    pub viewpoint: Viewpoint,
+    pub fov: f64,
+}
+
 impl Viewpoint {
+    /// Turned by `degrees` about the vertical through its target.
+    #[must_use]
+    pub(super) fn turned(&self, degrees: f64) -> Viewpoint {
+        match *self {
+            Viewpoint::Orbit {
+                azimuth,
+                elevation,
+                distance,
+                target,
+            } => Viewpoint::Orbit {
+                azimuth: azimuth + degrees,
+                elevation,
+                distance,
+                target,
+            },
+            Viewpoint::At { eye, target, up } => {
+                let turn = DQuat::from_rotation_y(degrees.to_radians());
+                Viewpoint::At {
+                    eye: target + turn * (eye - target),
+                    target,
+                    up: turn * up,
+                }
+            }
+        }
+    }
+
+    /// The same, with `target` at the middle of the picture where it has no target of its own.
+    #[must_use]
+    pub(super) fn around(&self, target: DVec3) -> Viewpoint {
+        let mut viewpoint = self.clone();
+        if let Viewpoint::Orbit { target: own, .. } = &mut viewpoint {
+            own.get_or_insert(target);
+        }
+        viewpoint
+    }
+
+    /// The camera there, at `distance` (mm) from `target` where it has no distance or target of its own: of a viewpoint
+    /// that [`Viewpoint::camera`] has found usable.
+    pub(super) fn placed(&self, fov: f64, target: DVec3, distance: f64) -> Camera {
+        match *self {
+            Viewpoint::At { eye, target, up } => Camera {
+                eye,
+                target,
+                up,
+                fov,
+            },
+            Viewpoint::Orbit {
+                azimuth,
+                elevation,
+                distance: own_distance,
+                target: own_target,
+            } => {
+                let frame = Frame::looking_back(azimuth, elevation);
+                let target = own_target.unwrap_or(target);
+                Camera {
+                    eye: target - frame.forward * own_distance.unwrap_or(distance),
+                    target,
+                    up: frame.up,
+                    fov,
+                }
+            }
+        }
+    }
+
     /// The camera there, with vertical field of view `fov` (degrees), for a picture of
     /// `size` pixels of a mesh whose vertices are `positions` (mm).
     ///
@@ -85,12 +156,7 @@ impl Viewpoint {
                     (Some(target), None) => (target, frame.fit_around(target, half, positions)),
                     (None, None) => frame.fit(half, positions),
                 };
-                Ok(Camera {
-                    eye: target - frame.forward * distance,
-                    target,
-                    up: frame.up,
-                    fov,
-                })
+                Ok(self.placed(fov, target, distance))
             }
         }
     }

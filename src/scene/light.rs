@@ -73,19 +73,13 @@ impl LightFrame {
         jitter: DVec2,
     ) -> Self {
         let (u, v) = tangent_frame(to_light);
-        let mut lo = DVec3::INFINITY;
-        let mut hi = DVec3::NEG_INFINITY;
-        for p in positions {
-            let q = DVec3::new(u.dot(p), v.dot(p), -to_light.dot(p));
-            lo = lo.min(q);
-            hi = hi.max(q);
-        }
-        let extent = (hi - lo).truncate().max_element().max(1e-6);
+        let [middle, half] = LightFrame::extents(positions, to_light);
+        let extent = (2.0 * half.truncate()).max_element().max(1e-6);
         // One texel of the pad is spent on the jitter.
         let inner = f64::from(size.saturating_sub(2 * LIGHT_MAP_PAD).max(1));
         let texel = extent / inner;
-        let middle = (lo + hi).truncate() * 0.5;
-        let origin = middle - DVec2::splat(0.5 * texel * f64::from(size)) + jitter * texel;
+        let origin =
+            middle.truncate() - DVec2::splat(0.5 * texel * f64::from(size)) + jitter * texel;
         LightFrame {
             to_light,
             u,
@@ -93,9 +87,55 @@ impl LightFrame {
             origin,
             texel,
             size,
-            half: (hi - lo).truncate() * 0.5,
-            z_center: 0.5 * (lo.z + hi.z),
-            z_half: (0.5 * (hi.z - lo.z)).max(1e-3 * extent),
+            half: half.truncate(),
+            z_center: middle.z,
+            z_half: half.z.max(1e-3 * extent),
+        }
+    }
+
+    /// Middle and half extents (u, v, z) of `positions` seen from `to_light`, mm.
+    pub fn extents(positions: impl IntoIterator<Item = DVec3>, to_light: DVec3) -> [DVec3; 2] {
+        let (u, v) = tangent_frame(to_light);
+        let mut lo = DVec3::INFINITY;
+        let mut hi = DVec3::NEG_INFINITY;
+        for p in positions {
+            let q = DVec3::new(u.dot(p), v.dot(p), -to_light.dot(p));
+            lo = lo.min(q);
+            hi = hi.max(q);
+        }
+        [0.5 * (lo + hi), 0.5 * (hi - lo)]
+    }
+
+    /// The frame of one of several maps of one scale, that of a caster with half extents `reach` (u, v, z; mm), around
+    /// `positions` (mm), which reach no further.
+    ///
+    /// Its corner lies on a grid of texels that the origin is on, and its middle depth on one of the same step: as
+    /// the caster moves, texels stay where they are, and others come into use.
+    pub fn place(
+        positions: impl IntoIterator<Item = DVec3>,
+        to_light: DVec3,
+        reach: DVec3,
+        size: u32,
+    ) -> Self {
+        let (u, v) = tangent_frame(to_light);
+        let [middle, _] = LightFrame::extents(positions, to_light);
+        let extent = 2.0 * reach.truncate().max_element().max(5e-7);
+        // The pad keeps its texel for the jitter, and one more makes room for the grid.
+        let inner = f64::from(size.saturating_sub(2 * LIGHT_MAP_PAD + 1).max(1));
+        let texel = extent / inner;
+        let corner = middle.truncate() - DVec2::splat(0.5 * texel * f64::from(size));
+        let snapped = (middle.z / texel).round() * texel;
+        let room = 0.5 * texel;
+        LightFrame {
+            to_light,
+            u,
+            v,
+            origin: (corner / texel).round() * texel,
+            texel,
+            size,
+            half: reach.truncate() + room,
+            z_center: snapped,
+            z_half: (reach.z + room).max(1e-3 * extent),
         }
     }
 

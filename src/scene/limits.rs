@@ -202,6 +202,29 @@ pub fn finite(value: f64) -> Result<f64, String> {
     number(value, true, "a finite number")
 }
 
+/// Frames a second, in [0.01, 1000].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn fps(value: f64) -> Result<f64, String> {
+    number(
+        value,
+        (0.01..=1000.0).contains(&value),
+        "from 0.01 to 1000 frames a second",
+    )
+}
+
+/// A direction: finite, and longer than 0.
+///
+/// # Errors
+/// The phrase that says so.
+pub fn direction(value: DVec3) -> Result<DVec3, String> {
+    match value.try_normalize() {
+        Some(_) if value.is_finite() => Ok(value),
+        _ => Err(format!("must be a direction, not {value}")),
+    }
+}
+
 /// Elevation in [-90, 90], degrees.
 ///
 /// # Errors

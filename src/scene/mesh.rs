@@ -22,7 +22,7 @@ pub struct Mesh {
 const DEGENERATE: f64 = 1e-10;
 
 /// How far from the middle, in radii, does a camera surely see no back face through its near plane?
-const OUTSIDE: f64 = 1.1;
+pub(super) const OUTSIDE: f64 = 1.1;
 
 impl Mesh {
     /// The corners of the axis-aligned bounding box, mm; none without vertices.

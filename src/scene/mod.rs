@@ -12,17 +12,20 @@ pub mod deformer;
 pub mod error;
 pub mod file;
 pub mod framing;
+pub mod keys;
 pub mod light;
 pub mod limits;
 pub mod material;
 pub mod mesh;
 pub mod model;
+pub mod motion;
 pub mod names;
 pub mod obj;
 pub mod plan;
 pub mod preset;
 pub mod pyramid;
 pub mod request;
+pub mod sequence;
 pub mod volume;
 
 pub use bundled::Bundled;
@@ -35,6 +38,7 @@ pub use light::{Light, LightFrame};
 pub use material::Material;
 pub use mesh::Mesh;
 pub use model::{Model, Pose};
+pub use motion::{Animation, Moment, Motion};
 pub use plan::{
     Exits, Fourth, Jitter, March, Method, Mixture, Multiple, Plan, Scattering, Single, Taps,
 };

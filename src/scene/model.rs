@@ -209,9 +209,16 @@ impl Model {
             }
             if rig.influences > 0 {
                 matrix = DAffine3::ZERO;
-                for i in rig.influences * index..rig.influences * (index + 1) {
+                let own = rig.influences * index..rig.influences * (index + 1);
+                let sum: f64 = rig.vertex_weights[own.clone()]
+                    .iter()
+                    .copied()
+                    .map(f64::from)
+                    .sum();
+                for i in own {
                     let joint = pose.palette[usize::from(rig.vertex_joints[i])];
-                    let w = f64::from(rig.vertex_weights[i]);
+                    // In f32 they miss 1 by a digit, which far from the origin is a distance.
+                    let w = f64::from(rig.vertex_weights[i]) / sum;
                     matrix.matrix3 += joint.matrix3 * w;
                     matrix.translation += joint.translation * w;
                 }

@@ -1,12 +1,13 @@
 //! The plan: how a scene is rendered, validated once, before anything runs.
 
 use super::volume::{BLENDED, Volumes};
-use super::{LightFrame, Scene, View, names};
+use super::{LightFrame, Motion, Scene, View, names};
 use crate::optics::Dipole;
 use crate::optics::mixture::{Fit, Levels, weights};
 use glam::{DVec2, DVec3};
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
+use std::sync::Arc;
 
 /// Levels of the pyramid that the mixture taps at most. Nine octaves reach from 0.4 mean free
 /// paths to where the profiles of all presets have ended, at 512^2 texels on a hand-sized object.
@@ -194,8 +195,12 @@ pub enum Jitter {
 /// A validated request for one picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// What is rendered.
+    /// What is rendered, at one instant.
     pub scene: Scene,
+    /// What moves, if anything does: what the scene is at every other instant.
+    pub motion: Option<Arc<Motion>>,
+    /// The instant that `scene` is, s; 0 where nothing moves.
+    pub time: f64,
     /// Width and height in pixels, each in [1, 16384].
     pub size: [u32; 2],
     /// The method of the picture, or of its right half when `split` is given.
@@ -330,8 +335,28 @@ impl Plan {
             .chain([self.multiple])
     }
 
-    /// The frame of the light map, relative to the mesh's centre ([`super::Mesh::center`]).
+    /// The point that positions on the device are relative to, mm: the middle of the mesh, of one that moves over all its
+    /// frames.
+    pub fn center(&self) -> DVec3 {
+        match &self.motion {
+            Some(motion) => motion.center,
+            None => self.scene.mesh.center(),
+        }
+    }
+
+    /// Radius around [`Plan::center`] that holds the mesh, in all its frames, mm.
+    pub fn radius(&self) -> f64 {
+        match &self.motion {
+            Some(motion) => motion.radius,
+            None => self.scene.mesh.bounding_radius(),
+        }
+    }
+
+    /// The frame of the light map, relative to [`Plan::center`].
     pub fn light_frame(&self) -> LightFrame {
+        if let Some(motion) = &self.motion {
+            return motion.light_frame(self.time, self.light_map);
+        }
         let mesh = &self.scene.mesh;
         let center = mesh.center();
         LightFrame::fit(
@@ -340,6 +365,19 @@ impl Plan {
             self.light_map,
             DVec2::ZERO,
         )
+    }
+
+    /// The same picture at another instant, `time` (s), if anything moves.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Plan {
+        let mut plan = self.clone();
+        if let Some(motion) = &self.motion {
+            plan.time = time;
+            plan.scene.mesh = motion.mesh(time);
+            plan.scene.light = motion.light(time);
+            plan.scene.camera = motion.camera(time);
+        }
+        plan
     }
 
     /// [`Plan::light_frame`], given as `frame`, as averaged frame `index` shifts it.

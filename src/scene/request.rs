@@ -1,20 +1,28 @@
 //! What is asked for, before anything is loaded: the sum of defaults, scene file and flags.
 
 use super::bundled::{self, Bundled};
+use super::deformer::DEFORMERS_MAX;
+use super::motion::Still;
+use super::sequence::Pattern;
 use super::{
-    Error, Exits, Fourth, Jitter, Light, March, Material, Mesh, Method, Mixture, Multiple, Plan,
-    Scattering, Scene, Single, Viewpoint, defaults, file, limits, names, obj,
+    Animation, Error, Exits, Fourth, Jitter, Light, March, Material, Method, Mixture, Model,
+    Motion, Multiple, Plan, Scattering, Scene, Single, Viewpoint, defaults, file, limits, names,
+    obj,
 };
 use crate::optics::mixture::Fit;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Names what a value is of, where a limit refuses it.
+type Check<'a> = dyn Fn(&str, Result<(), String>) -> Result<(), Error> + 'a;
 
 /// Where a mesh comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MeshSource {
     /// One that ships inside the binary.
     Bundled(Bundled),
-    /// An OBJ file.
+    /// An OBJ file, or a sequence of them ([`Pattern`]).
     File(PathBuf),
 }
 
@@ -32,6 +40,12 @@ pub struct Request {
     pub unit: f64,
     /// The medium.
     pub material: Material,
+    /// Whether a colour in the mesh file takes the place of `material`: where nobody has chosen one.
+    pub colored_by_mesh: bool,
+    /// What moves.
+    pub animation: Animation,
+    /// The instant of a still, s; none for the first.
+    pub time: Option<f64>,
     /// The light.
     pub light: Light,
     /// Where the camera stands.
@@ -75,8 +89,8 @@ pub struct Request {
     pub specular: bool,
     /// Texels along a side of the light map.
     pub light_map: u32,
-    /// Frames averaged.
-    pub frames_averaged: u32,
+    /// Frames averaged; none for as many as fit the occasion.
+    pub frames_averaged: Option<u32>,
     /// What moves between averaged frames.
     pub jitter: Jitter,
     /// Factor on radiance before display encoding.
@@ -86,14 +100,26 @@ pub struct Request {
 }
 
 impl MeshSource {
-    /// Loads the mesh, in its own unit.
+    /// Whether `path` is named as a mesh file.
+    pub fn is_mesh(path: &Path) -> bool {
+        matches!(extension(path).as_deref(), Some("obj" | "gltf" | "glb"))
+    }
+
+    /// Loads the mesh, in its own unit, and what moves it.
     ///
     /// # Errors
     /// As [`obj::load`].
-    pub fn load(&self) -> Result<Mesh, Error> {
-        match self {
-            MeshSource::Bundled(bundled) => bundled.load(),
-            MeshSource::File(path) => obj::load(path),
+    pub fn load(&self) -> Result<Model, Error> {
+        let path = match self {
+            MeshSource::Bundled(bundled) => return Ok(Model::of(bundled.load()?)),
+            MeshSource::File(path) => path,
+        };
+        match Pattern::of(path).map_err(|phrase| Error::of(path.display(), phrase))? {
+            Some(sequence) => Ok(Model {
+                shapes: sequence.load()?,
+                ..Model::default()
+            }),
+            None => Ok(Model::of(obj::load(path)?)),
         }
     }
 }
@@ -115,6 +141,9 @@ impl Request {
             mesh,
             unit: defaults::UNIT,
             material,
+            colored_by_mesh: true,
+            animation: Animation::default(),
+            time: None,
             light: Light {
                 azimuth: defaults::LIGHT_AZIMUTH,
                 elevation: defaults::LIGHT_ELEVATION,
@@ -143,7 +172,7 @@ impl Request {
             scattering: Scattering::Full,
             specular: true,
             light_map: defaults::LIGHT_MAP,
-            frames_averaged: defaults::FRAMES_AVERAGED,
+            frames_averaged: None,
             jitter: Jitter::All,
             exposure: defaults::EXPOSURE,
             background: None,
@@ -155,7 +184,7 @@ impl Request {
         Request::of_mesh("statue".to_owned(), MeshSource::Bundled(Bundled::Statue20k))
     }
 
-    /// Opens a scene: a `.toml` file, a bare `.obj`, or the name of a bundled mesh.
+    /// Opens a scene: a `.toml` file, a bare `.obj`, `.gltf` or `.glb`, or the name of a bundled mesh.
     ///
     /// # Errors
     /// The source is none of these, or the scene file is at fault. A mesh is not
@@ -169,14 +198,14 @@ impl Request {
         }
         match extension(source).as_deref() {
             Some("toml") => file::load(source),
-            Some("obj") => Ok(Request::of_mesh(
+            _ if MeshSource::is_mesh(source) => Ok(Request::of_mesh(
                 source.display().to_string(),
                 MeshSource::File(source.to_owned()),
             )),
             _ => Err(Error::of(
                 source.display(),
                 format!(
-                    "no scene: neither a .toml or .obj file nor a bundled mesh; {}",
+                    "no scene: neither a .toml, .obj, .gltf or .glb file nor a bundled mesh; {}",
                     names::remedy(&source.to_string_lossy(), &bundled::NAMES)
                 ),
             )),
@@ -188,6 +217,12 @@ impl Request {
     /// # Errors
     /// The mesh cannot be used, or a value lies outside its [`limits`].
     pub fn plan(&self) -> Result<Plan, Error> {
+        self.check()?;
+        self.plan_of(self.mesh.load()?)
+    }
+
+    /// Checks every value that no mesh is needed for.
+    fn check(&self) -> Result<(), Error> {
         let check = |what: &str, result: Result<(), String>| {
             result.map_err(|phrase| Error::of(&self.name, format!("{what} {phrase}")))
         };
@@ -234,10 +269,12 @@ impl Request {
             "light_map",
             limits::light_map(self.light_map.into()).map(drop),
         )?;
-        check(
-            "frames_averaged",
-            limits::frames_averaged(self.frames_averaged.into()).map(drop),
-        )?;
+        if let Some(frames) = self.frames_averaged {
+            check(
+                "frames_averaged",
+                limits::frames_averaged(frames.into()).map(drop),
+            )?;
+        }
         check("exposure", limits::positive(self.exposure).map(drop))?;
         if let Some(background) = self.background {
             check("background", limits::color(background.into()).map(drop))?;
@@ -247,7 +284,85 @@ impl Request {
             check("scattering half", self.check_half())?;
         }
 
-        let mesh = self.mesh.load()?.scaled(self.unit);
+        self.check_animation(&check)
+    }
+
+    /// [`Request::plan`] for `model` in place of the mesh of the request; the values are not checked.
+    ///
+    /// # Errors
+    /// The camera cannot be fitted, or what moves cannot.
+    pub fn plan_of(&self, model: Model) -> Result<Plan, Error> {
+        let material = match model.base_color {
+            Some(color) if self.colored_by_mesh => Material::colored(color, &self.material),
+            _ => self.material.clone(),
+        };
+        let motion = self.motion(&model)?;
+        let scene = match &motion {
+            Some(motion) => {
+                let time = self.time.unwrap_or(0.0);
+                Scene {
+                    name: self.name.clone(),
+                    mesh: motion.mesh(time),
+                    material,
+                    light: motion.light(time),
+                    camera: motion.camera(time),
+                }
+            }
+            None => self.still(model, material)?,
+        };
+        Ok(Plan {
+            scene,
+            motion: motion.map(Arc::new),
+            time: self.time.unwrap_or(0.0),
+            size: self.size,
+            multiple: self.with_parameters(self.multiple),
+            split: self.split.map(|method| self.with_parameters(method)),
+            single: match self.single {
+                Single::March(march) => Single::March(March {
+                    exits: self.exits,
+                    ..march
+                }),
+                other => other,
+            },
+            scattering: self.scattering,
+            specular: self.specular,
+            light_map: self.light_map,
+            frames_averaged: self.frames_averaged.unwrap_or(defaults::FRAMES_AVERAGED),
+            jitter: self.jitter,
+            exposure: self.exposure,
+            background: self.background,
+        })
+    }
+}
+
+impl Request {
+    /// What moves, if anything does.
+    fn motion(&self, model: &Model) -> Result<Option<Motion>, Error> {
+        if !self.animation.moves(model) {
+            model.clip(self.animation.clip.as_deref(), &self.name)?;
+            if self.time.is_some_and(|time| time != 0.0) {
+                return Err(Error::of(
+                    &self.name,
+                    "a time is given, but nothing moves; drop it, or animate something (docs/scene.md)",
+                ));
+            }
+            return Ok(None);
+        }
+        let still = Still {
+            name: &self.name,
+            unit: self.unit,
+            light: &self.light,
+            viewpoint: &self.viewpoint,
+            fov: self.fov,
+            size: self.size,
+        };
+        let time = self.time.unwrap_or(0.0);
+        Motion::new(model.clone(), &self.animation, &still, time).map(Some)
+    }
+
+    /// The scene of a mesh that rests under a light and before a camera that do.
+    fn still(&self, mut model: Model, material: Material) -> Result<Scene, Error> {
+        let mesh = model.shapes.pop().unwrap_or_default().scaled(self.unit);
         let radius = mesh.bounding_radius();
         // Squares of lengths must neither overflow nor vanish in the f32 of the shaders.
         if !(1e-9..=1e9).contains(&radius) {
@@ -263,36 +378,56 @@ impl Request {
             .viewpoint
             .camera(self.fov, self.size, &mesh.positions)
             .map_err(|phrase| Error::of(&self.name, format!("camera: {phrase}")))?;
-        Ok(Plan {
-            scene: Scene {
-                name: self.name.clone(),
-                mesh,
-                material: self.material.clone(),
-                light: self.light.clone(),
-                camera,
-            },
-            size: self.size,
-            multiple: self.with_parameters(self.multiple),
-            split: self.split.map(|method| self.with_parameters(method)),
-            single: match self.single {
-                Single::March(march) => Single::March(March {
-                    exits: self.exits,
-                    ..march
-                }),
-                other => other,
-            },
-            scattering: self.scattering,
-            specular: self.specular,
-            light_map: self.light_map,
-            frames_averaged: self.frames_averaged,
-            jitter: self.jitter,
-            exposure: self.exposure,
-            background: self.background,
+        Ok(Scene {
+            name: self.name.clone(),
+            mesh,
+            material,
+            light: self.light.clone(),
+            camera,
         })
     }
-}
 
-impl Request {
+    /// Checks what moves, as [`Request::plan`] checks the rest.
+    fn check_animation(&self, check: &Check<'_>) -> Result<(), Error> {
+        let animation = &self.animation;
+        check("fps", limits::fps(animation.fps).map(drop))?;
+        if let Some(duration) = animation.duration {
+            check("duration", limits::positive(duration).map(drop))?;
+        }
+        if let Some(time) = self.time {
+            check("time", limits::non_negative(time).map(drop))?;
+        }
+        check(
+            "light turns",
+            limits::finite(animation.light_turns).map(drop),
+        )?;
+        check(
+            "camera turns",
+            limits::finite(animation.camera_turns).map(drop),
+        )?;
+        let count = animation.deformers.len();
+        if count > DEFORMERS_MAX {
+            let phrase = format!("must be at most {DEFORMERS_MAX}, not {count}");
+            check("deformers", Err(phrase))?;
+        }
+        for deformer in &animation.deformers {
+            check("deformer axis", limits::direction(deformer.axis).map(drop))?;
+            check(
+                "deformer amplitude",
+                limits::finite(deformer.amplitude).map(drop),
+            )?;
+            check(
+                "deformer period",
+                limits::positive(deformer.period).map(drop),
+            )?;
+            check("deformer phase", limits::finite(deformer.phase).map(drop))?;
+            if let Some(length) = deformer.wavelength {
+                check("deformer wavelength", limits::positive(length).map(drop))?;
+            }
+        }
+        Ok(())
+    }
+
     /// What goes with scattering at half size, as a phrase that reads on from its name.
     fn check_half(&self) -> Result<(), String> {
         let another = "choose --scattering full, or --multiple none, samples, rings or mixture";

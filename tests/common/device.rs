@@ -116,6 +116,8 @@ pub fn plan(
                 fov: 28.0,
             },
         },
+        motion: None,
+        time: 0.0,
         size,
         multiple,
         split: None,

@@ -35,7 +35,7 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
         size,
         split: None,
         scattering: Scattering::Full,
-        frames_averaged: 1,
+        frames_averaged: Some(1),
         jitter: Jitter::All,
         // The cases say how they are drawn, whatever the scene file says.
         fetch_budget: None,

@@ -392,7 +392,7 @@ fn error(
         size,
         specular: false,
         jitter: Jitter::Off,
-        frames_averaged: 1,
+        frames_averaged: Some(1),
         ..request.clone()
     };
     let draw = |plan: &Plan| -> Result<Image, Failure> {
