@@ -231,7 +231,7 @@ fn a_mesh_far_off_deforms_as_well() {
     model.shapes[0].positions.iter_mut().for_each(|p| *p += far);
     if let Some(rig) = &mut model.rig {
         for joint in &mut rig.joints {
-            joint.inverse_bind = joint.inverse_bind * DAffine3::from_translation(-far);
+            joint.inverse_bind *= DAffine3::from_translation(-far);
         }
         if let Local::Parts(parts) = &mut rig.nodes[0].local {
             parts.translation = far;
