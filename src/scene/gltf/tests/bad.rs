@@ -79,9 +79,11 @@ fn damaged_files_are_refused_or_read_but_never_panic() {
     let read = |bytes: &[u8]| match super::super::parse(bytes, "bad.glb", None) {
         Ok(model) => {
             // What was read can be posed.
-            for time in [0.0, 0.5, 9.0] {
-                let clip = model.rig.as_ref().and_then(|rig| rig.clips.first());
-                model.posed(&model.pose(1.0, 0, clip, time));
+            model.posed(&model.pose(1.0, 0, None, 0.0));
+            for clip in model.rig.iter().flat_map(|rig| &rig.clips) {
+                for time in [0.0, 0.5, 9.0] {
+                    model.posed(&model.pose(1.0, 0, Some(clip), time));
+                }
             }
             true
         }
