@@ -12,6 +12,7 @@ pub mod deformer;
 pub mod error;
 pub mod file;
 pub mod framing;
+pub mod gltf;
 pub mod keys;
 pub mod light;
 pub mod limits;

@@ -6,8 +6,8 @@ use super::motion::Still;
 use super::sequence::Pattern;
 use super::{
     Animation, Error, Exits, Fourth, Jitter, Light, March, Material, Method, Mixture, Model,
-    Motion, Multiple, Plan, Scattering, Scene, Single, Viewpoint, defaults, file, limits, names,
-    obj,
+    Motion, Multiple, Plan, Scattering, Scene, Single, Viewpoint, defaults, file, gltf, limits,
+    names, obj,
 };
 use crate::optics::mixture::Fit;
 use glam::DVec3;
@@ -22,7 +22,7 @@ type Check<'a> = dyn Fn(&str, Result<(), String>) -> Result<(), Error> + 'a;
 pub enum MeshSource {
     /// One that ships inside the binary.
     Bundled(Bundled),
-    /// An OBJ file, or a sequence of them ([`Pattern`]).
+    /// An OBJ or glTF file, or a sequence of OBJ files ([`Pattern`]).
     File(PathBuf),
 }
 
@@ -108,7 +108,7 @@ impl MeshSource {
     /// Loads the mesh, in its own unit, and what moves it.
     ///
     /// # Errors
-    /// As [`obj::load`].
+    /// As [`obj::load`] and [`gltf::load`].
     pub fn load(&self) -> Result<Model, Error> {
         let path = match self {
             MeshSource::Bundled(bundled) => return Ok(Model::of(bundled.load()?)),
@@ -119,7 +119,8 @@ impl MeshSource {
                 shapes: sequence.load()?,
                 ..Model::default()
             }),
-            None => Ok(Model::of(obj::load(path)?)),
+            None if extension(path).as_deref() == Some("obj") => Ok(Model::of(obj::load(path)?)),
+            None => gltf::load(path),
         }
     }
 }
