@@ -21,7 +21,7 @@ pub const GILL: Vec2 = Vec2::new(24.6, -0.5);
 pub const GILL_REACH: f32 = 5.9;
 
 /// The corner of the mouth and its tip, in the side view: it points upwards.
-const MOUTH: [Vec2; 2] = [Vec2::new(30.0, 0.75), Vec2::new(33.0, 2.35)];
+const MOUTH: [Vec2; 2] = [Vec2::new(30.5, 1.05), Vec2::new(32.6, 2.75)];
 
 /// Profiles over the root of the distance from the nose, which makes a round
 /// snout of a straight line: height of the middle, half height, half width.
@@ -91,7 +91,7 @@ fn trunk(p: Vec3) -> f32 {
     } else {
         meet(section, END - p.x, 1.0)
     };
-    let snout = sdf::ellipsoid(p, Vec3::new(29.6, 0.95, 0.0), Vec3::new(2.9, 2.1, 2.0));
+    let snout = sdf::ellipsoid(p, Vec3::new(29.6, 1.05, 0.0), Vec3::new(2.9, 2.1, 1.8));
     join(trunk, snout, 1.2)
 }
 
@@ -157,9 +157,9 @@ fn mouth(p: Vec3, skin: f32) -> f32 {
         (-t * t).exp()
     };
     let jut = smoothstep(0.8, 2.6, l);
-    let skin = skin - front * (0.3 * bump(0.5, 0.4) + (0.34 + 0.16 * jut) * bump(-0.58, 0.5));
-    let slit = meet(h.abs() - 0.24, 0.25 - l, 0.2);
-    carve(skin, meet(slit, -skin - 0.9, 0.3), 0.3)
+    let skin = skin - front * (0.22 * bump(0.52, 0.36) + (0.3 + 0.1 * jut) * bump(-0.56, 0.44));
+    let slit = meet(h.abs() - 0.2, 0.3 - l, 0.2);
+    carve(skin, meet(slit, -skin - 0.9, 0.3), 0.45)
 }
 
 /// Signed distance to the body, mm.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::sdf::{curve, lerp, polygon, smoothstep};
 
 /// Spacing of a fin's map, mm.
-const CELL: f32 = 0.125;
+const CELL: f32 = 0.085;
 
 /// What the map holds at one place of the plane.
 #[derive(Clone, Copy, Debug, Default)]
@@ -114,36 +114,36 @@ impl Plan {
         q
     }
 
-    /// Where the rays run at `t`, and how strong each is.
-    fn rays_at(&self, t: f32) -> Vec<(f32, f32)> {
-        let n = self.rays as f32;
-        let gap = 1.0 / (n - 1.0).max(1.0);
-        let mut rays = Vec::with_capacity(2 * self.rays);
-        for k in 0..self.rays {
+    /// Where the two branches of each ray run at `t`; they are one at first.
+    fn rays_at(&self, t: f32) -> impl Iterator<Item = [f32; 2]> {
+        let gap = 1.0 / (self.rays - 1) as f32;
+        (0..self.rays).map(move |k| {
             let s = 0.012 + 0.976 * k as f32 * gap;
             let from = self.branch * (0.8 + 0.45 * chance(k + self.rays));
-            let apart = 0.25 * gap * smoothstep(from, from + 0.55, t) * (1.0 - 0.12 * t);
             // The outermost rays stay whole: they edge the fin.
-            if k == 0 || k == self.rays - 1 || t <= from {
-                rays.push((s, 1.0));
+            let whole = k == 0 || k == self.rays - 1;
+            let open = if whole {
+                0.0
             } else {
-                rays.push((s - apart, 1.0));
-                rays.push((s + apart, 1.0));
-            }
-        }
-        rays
+                smoothstep(from, from + 0.55, t)
+            };
+            let apart = 0.25 * gap * open * (1.0 - 0.12 * t);
+            [s - apart, s + apart]
+        })
     }
 
     /// Where the rim lies at `s`: scalloped between the tips, and never quite even.
     fn rim(&self, s: f32) -> f32 {
         // A deep hollow between rays, a faint one between their branches.
-        let hollow = (s * (self.rays - 1) as f32 * TAU).cos() * -0.4
-            + (s * 2.0 * (self.rays - 1) as f32 * TAU).cos() * 0.1;
+        let gaps = (self.rays - 1) as f32;
+        let hollow = 0.4 - 0.4 * (s * gaps * TAU).cos() + 0.1 * (s * 2.0 * gaps * TAU).cos();
         let drift = (s * TAU * 2.3 + self.wave[2]).sin() + 0.6 * (s * TAU * 5.1 + 1.3).sin();
-        // The corners are round.
-        let corner = (1.0 - s.min(1.0 - s) / self.corner).max(0.0);
+        // The corners are round, and smooth.
+        let inward = s.min(1.0 - s).max(0.0) / self.corner;
+        let corner = (1.0 - inward).max(0.0);
         let round = 1.0 - (1.0 - corner * corner).sqrt();
-        1.0 - self.scallop * (hollow + 0.5 * (drift + 1.6)) - 0.16 * round
+        let even = smoothstep(0.2, 1.2, inward);
+        1.0 - self.scallop * even * (hollow + 0.5 * (drift + 1.2)) - 0.16 * round
     }
 
     /// The sheet's height over the plane.
@@ -156,17 +156,24 @@ impl Plan {
         height * t.powf(1.25) * (fold + sway)
     }
 
-    /// Half the thickness at `(s, t)`, `across` being the mm that one of `s` spans.
+    /// Half the thickness at `(s, t)`, `across` being the mm that one of `s`
+    /// spans square to the rays.
     fn half(&self, s: f32, t: f32, across: f32) -> f32 {
         let [sheet, base, tip] = self.thick.map(|v| 0.5 * v);
-        let near = self
-            .rays_at(t.clamp(0.0, 1.2))
-            .iter()
-            .fold(f32::MAX, |d, r| d.min((s - r.0).abs()))
-            * across;
-        let width = lerp(0.95, 0.7, t.clamp(0.0, 1.0));
-        let u = (near / width).min(1.0);
-        let crest = (1.0 - u * u) * (1.0 - u * u);
+        let branched = smoothstep(self.branch, self.branch + 0.5, t);
+        let gap = across / (self.rays - 1) as f32 * lerp(1.0, 0.5, branched);
+        let width = lerp(1.2, 0.9, t.clamp(0.0, 1.0)).min(0.6 * gap + 0.1);
+        let bump = |r: f32| {
+            let u = ((s - r).abs() * across / width).min(1.0);
+            (1.0 - u * u) * (1.0 - u * u)
+        };
+        // Branches part smoothly: the mean of high powers is nearly the larger.
+        let valley = self.rays_at(t.clamp(0.0, 1.2)).fold(1.0, |v, [a, b]| {
+            v * (1.0 - (0.5 * (bump(a).powi(6) + bump(b).powi(6))).powf(1.0 / 6.0))
+        });
+        // Where they crowd, they run together.
+        let room = smoothstep(0.3, 0.8, gap);
+        let crest = lerp(0.4, 1.0 - valley, room);
         let ray = lerp(base, tip, t.clamp(0.0, 1.0));
         let root = 0.35 * smoothstep(0.18, 0.0, t);
         sheet + root + (ray - sheet) * crest
@@ -224,7 +231,12 @@ impl Fin {
             .into_par_iter()
             .map(|k| {
                 let (s, t) = net(k % (ACROSS + 1), k / (ACROSS + 1));
-                let span = plan.place(s + 0.01, t).distance(plan.place(s - 0.01, t)) / 0.02;
+                let slope = |ds: f32, dt: f32| {
+                    (plan.place(s + ds, t + dt) - plan.place(s - ds, t - dt)) * 50.0
+                };
+                // Across the rays, not along the rim.
+                let along = slope(0.0, 0.01).normalize_or_zero();
+                let span = slope(0.01, 0.0).perp_dot(along).abs();
                 (plan.place(s, t), Vec3::new(s, t, span))
             })
             .collect();
@@ -473,88 +485,88 @@ pub fn plans() -> Vec<Plan> {
                 (-19.0, -23.0),
             ],
         ],
-        11,
+        9,
         [0.036, 0.12],
-        [1.35, 2.6, 0.4],
+        [1.6, 2.6, 0.4],
     );
     let dorsal = median(
         "dorsal",
         &[
             &[
                 (10.0, 3.4),
-                (8.8, 8.5),
-                (6.4, 13.0),
-                (3.0, 17.2),
-                (-1.2, 20.6),
+                (9.9, 6.5),
+                (9.5, 9.4),
+                (8.8, 12.0),
+                (7.8, 14.2),
             ],
             &[
                 (7.0, 3.4),
-                (4.9, 9.3),
-                (1.0, 14.5),
-                (-3.8, 18.9),
-                (-9.6, 22.2),
+                (5.7, 8.8),
+                (3.3, 13.6),
+                (-0.2, 17.8),
+                (-4.4, 20.9),
             ],
             &[
                 (3.6, 3.0),
-                (0.6, 9.0),
-                (-4.0, 13.8),
-                (-9.6, 18.1),
-                (-16.0, 21.2),
+                (1.0, 8.8),
+                (-3.0, 13.8),
+                (-8.0, 18.4),
+                (-13.8, 22.0),
             ],
             &[
                 (0.8, 2.4),
                 (-2.5, 7.6),
-                (-7.2, 12.0),
-                (-12.8, 15.8),
-                (-19.0, 18.2),
+                (-7.2, 12.2),
+                (-12.8, 16.2),
+                (-19.4, 19.4),
             ],
         ],
-        8,
-        [0.02, 0.24],
-        [0.9, 1.5, 2.1],
+        6,
+        [0.026, 0.22],
+        [1.1, 1.6, 2.1],
     );
     let anal = median(
         "anal",
         &[
             &[
                 (15.5, -3.6),
-                (14.2, -8.5),
-                (12.0, -13.0),
-                (9.0, -17.2),
-                (5.2, -20.8),
+                (15.5, -6.2),
+                (15.3, -8.8),
+                (14.8, -11.3),
+                (14.1, -13.6),
             ],
             &[
                 (11.5, -3.6),
-                (9.6, -9.8),
-                (6.4, -15.2),
-                (2.2, -20.2),
-                (-2.8, -24.4),
+                (10.4, -8.6),
+                (8.4, -13.4),
+                (5.6, -17.8),
+                (2.0, -21.6),
             ],
             &[
                 (7.0, -3.2),
-                (4.6, -9.6),
-                (1.0, -15.4),
-                (-3.4, -21.0),
-                (-8.2, -26.0),
+                (4.9, -9.4),
+                (1.8, -15.2),
+                (-2.2, -20.6),
+                (-6.6, -25.4),
             ],
             &[
                 (2.8, -2.5),
-                (0.2, -8.4),
-                (-3.0, -13.8),
-                (-6.8, -19.6),
-                (-10.9, -25.4),
+                (0.4, -8.6),
+                (-3.0, -14.4),
+                (-7.4, -20.2),
+                (-12.0, -25.8),
             ],
             &[
                 (-0.4, -1.9),
-                (-3.0, -6.6),
-                (-5.8, -11.4),
-                (-9.0, -16.8),
-                (-12.4, -22.6),
+                (-3.0, -6.8),
+                (-6.4, -12.2),
+                (-10.4, -18.2),
+                (-14.6, -24.2),
             ],
         ],
-        11,
-        [0.02, 0.2],
-        [1.0, 2.3, 1.2],
+        8,
+        [0.026, 0.2],
+        [1.2, 2.4, 1.2],
     );
     let pectoral = Plan {
         name: "pectoral",
@@ -580,7 +592,7 @@ pub fn plans() -> Vec<Plan> {
         ]
         .map(|g| plane(g))
         .to_vec(),
-        rays: 7,
+        rays: 6,
         branch: 0.45,
         scallop: 0.04,
         corner: 0.2,

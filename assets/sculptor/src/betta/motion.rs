@@ -143,13 +143,13 @@ fn swim(rig: &Rig) -> Score {
                     (Vec3::X, Swing::new(0.0, &[Wave(1.6, BEATS, 2.2)])),
                 ],
                 Role::Spine(i) => {
-                    let degrees = [2.2, 1.8, 2.2, 2.8, 3.6, 4.4, 5.0][i];
+                    let degrees = [2.4, 2.0, 2.6, 3.4, 4.4, 5.4, 6.2][i];
                     vec![(Vec3::Y, Swing::new(0.0, &[beat(degrees, here)]))]
                 }
                 Role::Fin(TAIL, _, chain, j) => {
                     // The outer rays trail the middle ones.
                     let late = lag(-1.0) + 0.45 + 0.55 * j as f32 + [0.5, 0.0, 0.75][chain];
-                    let degrees = [6.0, 7.5, 9.0, 10.5][j];
+                    let degrees = [7.5, 9.0, 10.5, 12.0][j];
                     let slow = Wave(1.6, 1.0, 0.8 * j as f32 + chain as f32);
                     vec![(joint.axis, Swing::new(0.0, &[beat(degrees, late), slow]))]
                 }

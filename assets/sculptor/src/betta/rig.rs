@@ -296,7 +296,7 @@ pub struct Morph {
 /// above and below open away from the tail.
 fn opening(fin: usize, s: f32) -> f32 {
     let degrees = match fin {
-        TAIL => 7.0 * (2.0 * s - 1.0),
+        TAIL => 10.0 * s - 7.0,
         DORSAL => -4.0 - 9.0 * (1.0 - s),
         ANAL => -3.0 - 9.0 * (1.0 - s),
         PECTORAL => 9.0 * (2.0 * s - 1.0),
