@@ -9,7 +9,7 @@ use crate::sdf::{self, carve, join, lerp, meet, smoothstep, spline};
 const NOSE: f32 = 31.2;
 
 /// Where the peduncle ends, inside the tail fin.
-const END: f32 = -6.5;
+const END: f32 = -9.2;
 
 /// The middle of the left eye.
 pub const EYE: Vec3 = Vec3::new(26.7, 1.75, 2.1);
@@ -34,9 +34,9 @@ const MIDDLE: [(f32, f32); 9] = [
     (3.92, -0.05),
     (5.04, 0.1),
     (5.86, 0.25),
-    (6.35, 0.2),
+    (6.4, 0.1),
 ];
-const HALF_HEIGHT: [(f32, f32); 12] = [
+const HALF_HEIGHT: [(f32, f32); 13] = [
     (0.0, 0.0),
     (0.5, 1.1),
     (1.0, 2.05),
@@ -47,10 +47,11 @@ const HALF_HEIGHT: [(f32, f32); 12] = [
     (4.52, 5.2),
     (5.04, 4.7),
     (5.51, 3.95),
-    (5.86, 3.3),
-    (6.35, 2.6),
+    (5.86, 3.35),
+    (6.1, 2.95),
+    (6.4, 2.4),
 ];
-const HALF_WIDTH: [(f32, f32); 12] = [
+const HALF_WIDTH: [(f32, f32); 13] = [
     (0.0, 0.0),
     (0.5, 1.05),
     (1.0, 1.8),
@@ -61,8 +62,9 @@ const HALF_WIDTH: [(f32, f32); 12] = [
     (4.52, 3.4),
     (5.04, 2.85),
     (5.51, 2.15),
-    (5.86, 1.55),
-    (6.35, 0.75),
+    (5.86, 1.5),
+    (6.1, 0.9),
+    (6.4, 0.3),
 ];
 
 /// The bare trunk, without features.
@@ -84,7 +86,7 @@ fn trunk(p: Vec3) -> f32 {
     let kx = -(ky * (dm + a / k * dh) + kz * b / k * dw) * du;
     let section = (k - 1.0) / Vec3::new(kx, ky, kz).length().max(1e-3);
     // Beside the snout the ratio says too little; a hull says more.
-    let hull = sdf::capsule(p, Vec3::new(26.9, 0.3, 0.0), Vec3::ZERO, 5.5, 5.5);
+    let hull = sdf::capsule(p, Vec3::new(26.9, 0.3, 0.0), Vec3::NEG_X * 6.0, 5.5, 5.5);
     let section = section.max(hull);
     let trunk = if beyond > 0.0 {
         section.max(0.0).hypot(beyond)

@@ -570,7 +570,7 @@ pub fn plans() -> Vec<Plan> {
     );
     let pectoral = Plan {
         name: "pectoral",
-        at: Vec3::new(18.6, -1.4, 2.9),
+        at: Vec3::new(17.3, -1.5, 2.8),
         axes: [Vec3::new(-0.78, -0.12, 0.61).normalize(), Vec3::Y],
         guides: [
             &[(0.0, 0.95), (2.4, 2.2), (5.0, 3.7), (7.6, 4.9), (9.8, 5.4)],

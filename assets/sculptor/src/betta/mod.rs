@@ -15,6 +15,9 @@ use crate::{Piece, Sculpture, carve};
 use fins::Fin;
 use rig::{Morph, Rig, Skin};
 
+/// Where the tail fin takes over from the body, mm.
+const PEDUNCLE: f32 = -4.0;
+
 /// The finished field.
 pub struct Betta {
     /// The fins, in the order of the constants in [`fins`].
@@ -33,14 +36,17 @@ impl Betta {
         Self { fins: fins::all() }
     }
 
-    /// The fin that is nearest to `p`, or none where the body is nearer.
+    /// The fin that is nearest to `p`, or none where the body is nearer. The
+    /// body's end, sunk into the tail fin, counts as fin.
     pub fn part(&self, p: Vec3) -> Option<usize> {
+        let body = if p.x < PEDUNCLE {
+            f32::MAX
+        } else {
+            body::distance(p)
+        };
         (0..self.fins.len())
             .map(|i| (Some(i), self.fins[i].distance(p)))
-            .fold(
-                (None, body::distance(p)),
-                |m, c| if c.1 < m.1 { c } else { m },
-            )
+            .fold((None, body), |m, c| if c.1 < m.1 { c } else { m })
             .0
     }
 }
