@@ -1,8 +1,11 @@
-//! Sculpts marmor's statue: a signed-distance field ([`statue`]), polygonised
-//! ([`polygonise`]), thinned out to a few triangle counts ([`decimate`]),
-//! checked to be a closed surface ([`mesh`]) and written as OBJ ([`obj`]).
+//! Sculpts marmor's models as signed-distance fields: the [`statue`] and the
+//! fish ([`betta`]). A field is polygonised ([`polygonise`]), thinned out to a
+//! few triangle counts ([`decimate`]), checked to be a closed surface
+//! ([`mesh`]) and written as OBJ ([`obj`]) or, with its rig, as glTF ([`glb`]).
 
+pub mod betta;
 pub mod decimate;
+pub mod glb;
 pub mod mesh;
 pub mod obj;
 pub mod polygonise;
@@ -13,17 +16,31 @@ pub mod statue;
 use glam::Vec3;
 use mesh::Mesh;
 use rayon::prelude::*;
-use statue::Statue;
 
 /// Lattice spacing of the polygonisation, mm.
 pub const STEP: f32 = 0.25;
 
-/// File names and triangle counts, finest first.
+/// The statue's file names and triangle counts, finest first.
 pub const SIZES: [(&str, usize); 3] = [
     ("statue-20k.obj", 20_000),
     ("statue-5k.obj", 5_000),
     ("statue-1k.obj", 1_000),
 ];
+
+/// What can be carved.
+pub trait Sculpture: Sync {
+    /// Names and triangle counts of its meshes, finest first.
+    const SIZES: &'static [(&'static str, usize)];
+
+    /// Signed distance, mm, right to first order at the surface.
+    fn distance(&self, p: Vec3) -> f32;
+
+    /// A box that holds it.
+    fn bounds(&self) -> (Vec3, Vec3);
+
+    /// How dear an error at a point is when triangles are thinned out.
+    fn importance(&self, p: Vec3) -> f32;
+}
 
 /// One finished mesh.
 pub struct Piece {
@@ -67,17 +84,17 @@ fn lay_on_surface(mesh: &mut Mesh, field: &(impl Fn(Vec3) -> f32 + Sync)) {
     }
 }
 
-/// Carves the statue from a lattice of spacing `step` mm. The pieces come
-/// finest first: the meshes of [`SIZES`], then the undecimated one. Fails if
+/// Carves a sculpture from a lattice of spacing `step` mm. The pieces come
+/// finest first: the meshes of its `SIZES`, then the undecimated one. Fails if
 /// any is not a closed manifold surface.
-pub fn carve(statue: &Statue, step: f32) -> Result<Vec<Piece>, String> {
-    let field = |p: Vec3| statue.distance(p);
-    let (lo, hi) = statue.bounds();
+pub fn carve<S: Sculpture>(sculpture: &S, step: f32) -> Result<Vec<Piece>, String> {
+    let field = |p: Vec3| sculpture.distance(p);
+    let (lo, hi) = sculpture.bounds();
     let fine = polygonise::polygonise(&field, lo, hi, step);
     fine.check_closed().map_err(|e| format!("fine mesh: {e}"))?;
-    let mut decimator = decimate::Decimator::new(&fine, |p| statue.importance(p));
+    let mut decimator = decimate::Decimator::new(&fine, |p| sculpture.importance(p));
     let mut meshes = Vec::new();
-    for (name, target) in SIZES {
+    for (name, target) in S::SIZES.iter().copied() {
         decimator.reduce(target);
         let mut mesh = decimator.mesh();
         if target >= 10_000 {

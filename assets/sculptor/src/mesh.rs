@@ -46,6 +46,17 @@ impl Mesh {
             .collect()
     }
 
+    /// The vertices round each vertex of a closed mesh.
+    pub fn rings(&self) -> Vec<Vec<u32>> {
+        let mut rings = vec![Vec::new(); self.positions.len()];
+        for t in &self.triangles {
+            for k in 0..3 {
+                rings[t[k] as usize].push(t[(k + 1) % 3]);
+            }
+        }
+        rings
+    }
+
     /// Checks that the mesh is one closed, connected, manifold surface that
     /// faces outward, and says what is wrong otherwise.
     ///

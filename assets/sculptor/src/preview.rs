@@ -1,4 +1,4 @@
-//! A small software renderer, to look at the statue while carving it.
+//! A small software renderer, to look at a model while carving it.
 
 use std::io;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 /// Where a picture is taken from.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// Degrees round the vertical axis from the front towards the statue's left.
+    /// Degrees round the vertical axis from +Z towards +X.
     pub azimuth: f32,
     /// Degrees above the horizon.
     pub elevation: f32,
@@ -24,10 +24,29 @@ pub struct View {
 }
 
 /// What shading needs to know of a vertex.
-struct Shading {
-    normals: Vec<Vec3>,
+#[derive(Clone, Debug)]
+pub struct Shading {
+    /// Its normal.
+    pub normals: Vec<Vec3>,
     openness: Vec<f32>,
     thickness: Vec<f32>,
+}
+
+impl Shading {
+    /// Measures a mesh in the field that it was carved from.
+    pub fn new(mesh: &Mesh, normals: &[Vec3], field: &(impl Fn(Vec3) -> f32 + Sync)) -> Self {
+        let at_vertices = |f: &(dyn Fn(Vec3, Vec3) -> f32 + Sync)| -> Vec<f32> {
+            (0..normals.len())
+                .into_par_iter()
+                .map(|i| f(mesh.positions[i], normals[i]))
+                .collect()
+        };
+        Self {
+            normals: normals.to_vec(),
+            openness: at_vertices(&|p, n| openness(field, p, n)),
+            thickness: at_vertices(&|p, n| thickness(field, p, n)),
+        }
+    }
 }
 
 /// How open to the sky each vertex is (Quilez's ambient occlusion: compare
@@ -67,23 +86,24 @@ pub fn sheet(
     size: usize,
     path: &Path,
 ) -> io::Result<()> {
-    let at_vertices = |f: &(dyn Fn(Vec3, Vec3) -> f32 + Sync)| -> Vec<f32> {
-        (0..normals.len())
-            .into_par_iter()
-            .map(|i| f(mesh.positions[i], normals[i]))
-            .collect()
-    };
-    let shading = Shading {
-        normals: normals.to_vec(),
-        openness: at_vertices(&|p, n| openness(field, p, n)),
-        thickness: at_vertices(&|p, n| thickness(field, p, n)),
-    };
-    let rows = views.len().div_ceil(columns);
+    let shading = Shading::new(mesh, normals, field);
+    let pictures: Vec<_> = views.iter().map(|&v| (mesh, &shading, v)).collect();
+    poses(&pictures, columns, size, path)
+}
+
+/// Renders a mesh of its own in each picture of the grid.
+pub fn poses(
+    pictures: &[(&Mesh, &Shading, View)],
+    columns: usize,
+    size: usize,
+    path: &Path,
+) -> io::Result<()> {
+    let rows = pictures.len().div_ceil(columns);
     let (width, height) = (columns * size, rows * size);
     let mut picture = vec![0u8; width * height * 3];
-    let tiles: Vec<_> = views
+    let tiles: Vec<_> = pictures
         .par_iter()
-        .map(|v| render(mesh, &shading, v, size))
+        .map(|(mesh, shading, view)| render(mesh, shading, view, size))
         .collect();
     for (k, tile) in tiles.iter().enumerate() {
         for y in 0..size {

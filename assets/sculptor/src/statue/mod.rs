@@ -178,3 +178,19 @@ impl Statue {
 fn mirrored(p: Vec3) -> Vec3 {
     Vec3::new(p.x.abs(), p.y, p.z)
 }
+
+impl crate::Sculpture for Statue {
+    const SIZES: &'static [(&'static str, usize)] = &crate::SIZES;
+
+    fn distance(&self, p: Vec3) -> f32 {
+        self.distance(p)
+    }
+
+    fn bounds(&self) -> (Vec3, Vec3) {
+        self.bounds()
+    }
+
+    fn importance(&self, p: Vec3) -> f32 {
+        self.importance(p)
+    }
+}
