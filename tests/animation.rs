@@ -16,8 +16,8 @@ use marmor::scene::deformer::{Deformer, Kind};
 use marmor::scene::model::{Joint, Local, Node, Parts, Rig};
 use marmor::scene::{Bundled, Mesh, MeshSource, Method, Model, Motion, Plan, Request};
 
-/// How far a vertex of the device may lie from its twin, over the radius of the model.
-const TOLERANCE: f64 = 1e-5;
+/// How far a vertex of the device may lie from its twin, over the radius of the model: a few digits of float32.
+const TOLERANCE: f64 = 2e-6;
 
 /// A tube along y with closed ends, whose vertices follow `influences` of six joints in a row, and of which two morph
 /// targets widen the middle and tilt the top.
@@ -200,7 +200,7 @@ fn worst(device: &TestDevice, plan: &Plan, motion: &Arc<Motion>) -> [f64; 2] {
 #[test]
 fn deformed_vertices_are_those_of_the_twin() {
     let Some(device) = device() else { return };
-    let still = Model::of(Bundled::Statue1k.load().expect("the statue"));
+    let still = Model::of(Bundled::Statue1k.mesh().expect("the statue"));
     for (name, model, bends) in [
         ("4 weights", tube(4), Vec::new()),
         ("8 weights", tube(8), Vec::new()),
@@ -219,6 +219,33 @@ fn deformed_vertices_are_those_of_the_twin() {
         assert!(positions < TOLERANCE, "{name}: {positions}");
         // A unit vector has no size to be relative to.
         assert!(normals < 1e-4, "{name}: normals {normals}");
+    }
+}
+
+/// Every frame of both clips of the betta: skinned and morphed, 24 frames a second.
+#[test]
+fn the_betta_deforms_as_its_twin() {
+    let Some(device) = device() else { return };
+    let model = Bundled::Betta.load().expect("the betta");
+    for clip in ["swim", "hover"] {
+        let mut request = request();
+        request.animation.clip = Some(clip.to_owned());
+        request.animation.fps = 24.0;
+        let (plan, motion) = plan_of(&model, &request);
+        let [positions, normals] = worst(&device, &plan, &motion);
+        println!(
+            "{clip}: {positions:.1e} of the radius, normals {normals:.1e}, {} frames",
+            motion.frames
+        );
+        assert!(motion.frames >= 48, "{clip}");
+        assert!(positions < TOLERANCE, "{clip}: {positions}");
+        assert!(normals < 1e-4, "{clip}: normals {normals}");
+        // It moves, and all of it stays a solid.
+        let meshes = [0, motion.frames / 3].map(|n| motion.mesh(motion.time(n)));
+        let pairs = meshes[0].positions.iter().zip(&meshes[1].positions);
+        let furthest = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(furthest > 2.0, "{clip}: {furthest} mm");
+        assert!(meshes.iter().all(Mesh::is_solid), "{clip}");
     }
 }
 
@@ -246,8 +273,8 @@ fn a_mesh_far_off_deforms_as_well() {
 #[test]
 fn a_sequence_may_change_its_topology() {
     let Some(device) = device() else { return };
-    let coarse = Bundled::Statue1k.load().expect("the statue");
-    let finer = Bundled::Statue5k.load().expect("the statue");
+    let coarse = Bundled::Statue1k.mesh().expect("the statue");
+    let finer = Bundled::Statue5k.mesh().expect("the statue");
     let model = Model {
         shapes: vec![coarse.clone(), finer.clone(), coarse],
         ..Model::default()
@@ -307,6 +334,68 @@ fn a_frame_loop_makes_nothing() {
         assert_eq!(device.device.tally(), tally, "allocations and pipelines");
         assert_eq!(device.device.bytes_in_use(), bytes);
     }
+}
+
+/// Bytes that the process has in memory.
+fn resident() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+    kib.unwrap_or(0) * 1024
+}
+
+/// Memory stays flat, on the host and on the device, while everything moves: 300 frames, or as many as
+/// MARMOR_SOAK_FRAMES says (scripts/soak.sh: 10 000).
+#[test]
+fn memory_stays_flat() {
+    let Some(device) = device() else { return };
+    let frames = std::env::var("MARMOR_SOAK_FRAMES").ok();
+    let frames: u32 = frames.and_then(|n| n.parse().ok()).unwrap_or(300);
+    let model = Bundled::Betta.load().expect("the betta");
+    let mut request = request();
+    request.animation.deformers = deformers();
+    request.animation.light_turns = 3.0;
+    request.animation.camera_turns = -1.0;
+    request.animation.fps = 24.0;
+    request.frames_averaged = Some(1);
+    let (plan, motion) = plan_of(&model, &request);
+    let mut renderer = Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
+    let mut draw = |number| {
+        renderer.show(&motion.moment(motion.time(number), plan.light_map));
+        renderer.render(&mut |_| ()).expect("a frame");
+        assert!(
+            renderer
+                .radiance()
+                .expect("radiance")
+                .iter()
+                .flatten()
+                .all(|x| x.is_finite())
+        );
+    };
+    // Caches and pools fill in the first loops.
+    let warm = (2 * motion.frames).min(frames / 2);
+    (0..warm).for_each(&mut draw);
+    let (tally, bytes, host) = (
+        device.device.tally(),
+        device.device.bytes_in_use(),
+        resident(),
+    );
+    (warm..frames).for_each(&mut draw);
+    let grown = resident().saturating_sub(host);
+    println!(
+        "{frames} frames: {} MiB on the device, host {} MiB + {} KiB",
+        bytes >> 20,
+        host >> 20,
+        grown >> 10
+    );
+    assert_eq!(device.device.tally(), tally);
+    assert_eq!(device.device.bytes_in_use(), bytes);
+    // What an allocator keeps for itself; a leak of one matrix a frame would be more in 10 000.
+    assert!(
+        grown < 8 << 20,
+        "the host has grown by {grown} bytes in {} frames",
+        frames - warm
+    );
 }
 
 /// Two instants in one submit, which the synchronisation checker sees together.

@@ -9,8 +9,9 @@ use std::path::Path;
 
 #[test]
 fn every_bundled_mesh_is_whole() {
-    for bundled in [Bundled::Statue1k, Bundled::Statue5k, Bundled::Statue20k] {
-        let mesh = bundled.load().expect("a good mesh");
+    for name in marmor::scene::bundled::NAMES {
+        let bundled = Bundled::named(name).expect("a bundled mesh");
+        let mesh = bundled.mesh().expect("a good mesh");
         check(&mesh);
         assert!(mesh.triangles.len() >= 500, "{}", bundled.name());
     }

@@ -163,8 +163,8 @@ pub struct PassTime {
 
 /// Everything one plan needs on one device; made once, then no frame allocates.
 pub struct Renderer {
-    /// Whether each frame draws the light map anew, even if it lies as it did in the frame before. It is then what
-    /// it was: for measuring alone.
+    /// Whether each frame poses the mesh, if it moves, and draws the light map anew, even if both are as they were in the
+    /// frame before. They are then what they were: for measuring alone.
     pub redraw_light: bool,
     // Dropped first: a slot waits for the queue before anything it uses goes.
     slots: Vec<Slot>,
@@ -522,6 +522,7 @@ impl Renderer {
             self.write_uniforms(slot, index, done)?;
 
             let mut commands = self.start(slot)?;
+            self.posed &= !self.redraw_light;
             if self.poses(slot)? {
                 self.record_deform(commands, slot);
             }

@@ -111,7 +111,7 @@ impl MeshSource {
     /// As [`obj::load`] and [`gltf::load`].
     pub fn load(&self) -> Result<Model, Error> {
         let path = match self {
-            MeshSource::Bundled(bundled) => return Ok(Model::of(bundled.load()?)),
+            MeshSource::Bundled(bundled) => return bundled.load(),
             MeshSource::File(path) => path,
         };
         match Pattern::of(path).map_err(|phrase| Error::of(path.display(), phrase))? {
