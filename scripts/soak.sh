@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Checks that take too long for every commit, on 2 cores: in about 3 minutes `samples` against `exact` at 200x150 with
-# a 512^2 light map, in one frame and in the mean of 64; in about 10 the fetch ledger of every plan, pixel by pixel.
+# a 512^2 light map, in one frame and in the mean of 64; in about 10 the fetch ledger of every plan, pixel by pixel; in about
+# 10 the flicker of every method over a loop, and the memory over 10 000 frames in which everything moves.
 # Prints a table and exits 1 where a bound does not hold.
 #
 #   scripts/soak.sh
@@ -43,4 +44,11 @@ BOUNDS
 say "the ledger, all plans"
 MARMOR_LEDGER_ALL=1 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
     cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test ledger || failed=1
+# Everything moves.
+say "flicker, a whole loop"
+MARMOR_FLICKER_ALL=1 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
+    cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test flicker -- --nocapture || failed=1
+say "memory, 10 000 frames"
+MARMOR_SOAK_FRAMES=10000 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
+    cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test animation memory -- --nocapture || failed=1
 exit "$failed"

@@ -103,15 +103,17 @@ fn a_moved_mesh_is_seen_the_same() {
 #[test]
 fn the_documented_schema_is_the_schema() {
     let document = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene.md"));
+    let moving = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/animation.md"));
     // Every example in the documentation is a scene that loads.
     let mut examples = 0;
-    for block in document.split("```toml\n").skip(1) {
+    let blocks = |document: &'static str| document.split("```toml\n").skip(1);
+    for block in blocks(document).chain(blocks(moving)) {
         let text = block.split("```").next().expect("a block");
         marmor::scene::file::parse(text, "docs/scene.md", Path::new(""))
             .unwrap_or_else(|error| panic!("{error} in\n{text}"));
         examples += 1;
     }
-    assert!(examples >= 4, "{examples}");
+    assert!(examples >= 7, "{examples}");
     for name in preset::NAMES {
         assert!(document.contains(name), "{name}");
     }
@@ -139,6 +141,7 @@ fn the_documented_defaults_are_the_defaults() {
         ("camera", "azimuth", d::CAMERA_AZIMUTH),
         ("camera", "elevation", d::CAMERA_ELEVATION),
         ("camera", "fov", d::CAMERA_FOV),
+        ("animation", "fps", d::FPS),
         ("method", "samples", f64::from(d::SAMPLES)),
         ("method", "light_map", f64::from(d::LIGHT_MAP)),
         ("method", "frames_averaged", f64::from(d::FRAMES_AVERAGED)),
