@@ -41,10 +41,9 @@ vec4 multiple_reads(vec3 q) {
     }
 #elif defined(METHOD_RINGS)
     sum += FETCH_LINEAR(moments, st, frame.map.yz);
-    for (int k = 1; k < RINGS; ++k) {
+    [[unroll]] for (int k = 1; k < RINGS; ++k) {
         st *= 0.5;
-        vec2 unit = 1.0 / vec2(textureSize(boxes, k - 1));
-        sum += FETCH_LINEAR_LEVEL(boxes, st, unit, float(k - 1));
+        sum += FETCH_LINEAR_LEVEL(boxes, st, frame.rings[k].ww, float(k - 1));
     }
 #elif defined(METHOD_MIXTURE)
     [[unroll]] for (int i = 0; i < FINE; ++i) sum += FETCH_LINEAR(smoothed, level_place(i, st), frame.map.yz);

@@ -33,6 +33,7 @@ layout(set = 0, binding = 0, std140) uniform Frame {
     vec4 level_places[9];   // 2^-level, and the level's corner in the atlas, texels; w: s
     vec4 volume_scale;      // 1 / columns, 1 / rows, 1 / slices of the volumes' image; w: half depth range in texels
     vec4 volume_places[9];  // of each level with a volume: its cell at the map's corner, in the middle of the depths; w: cells a texel
+    vec4 rings[14];         // of each ring: E0 times its light's area times R_d at its radius; w: 1 / side of its level
 } frame;
 
 // Depth of the clip range that the caster's depth range fills, so that its ends are never clipped.

@@ -9,10 +9,8 @@ float ggx(vec3 n, vec3 wo, vec3 wi, float alpha, float eta) {
     float cos_h = dot(n, h);
     float a2 = alpha * alpha;
     float q = cos_h * cos_h * (a2 - 1.0) + 1.0;
-    float d = a2 / (PI * q * q);
-    // Visibility: G2 / (4 cos_o cos_i).
+    // Distribution a2 / (PI q^2) times visibility G2 / (4 cos_o cos_i), on one denominator.
     float g_o = cos_i * sqrt(a2 + (1.0 - a2) * cos_o * cos_o);
     float g_i = cos_o * sqrt(a2 + (1.0 - a2) * cos_i * cos_i);
-    float v = 0.5 / (g_o + g_i);
-    return d * v * fresnel_reflectance(dot(wo, h), eta);
+    return 0.5 * a2 / (PI * q * q * (g_o + g_i)) * fresnel_reflectance(dot(wo, h), eta);
 }

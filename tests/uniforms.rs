@@ -65,11 +65,12 @@ fn offsets_agree() {
         offset_of!(Uniforms, levels) + offset_of!(LevelTable, places),
         offset_of!(Uniforms, volumes),
         offset_of!(Uniforms, volumes) + offset_of!(VolumeTable, places),
+        offset_of!(Uniforms, rings),
     ]
     .map(|offset| offset as u32);
     assert_eq!(offsets, mirror);
     assert_eq!(
         size_of::<Uniforms>(),
-        offsets[offsets.len() - 1] as usize + 9 * 16
+        offsets[offsets.len() - 1] as usize + 14 * 16
     );
 }

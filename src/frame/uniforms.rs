@@ -5,12 +5,16 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::optics::Dipole;
 use crate::optics::single::{self, PathFit, edge_variance};
+use crate::scene::limits::RINGS;
 use crate::scene::plan::LEVELS_MAX;
 use crate::scene::pyramid::Atlas;
 use crate::scene::{LightFrame, Plan, Taps, View};
 
 /// Fraction of clip depth that the caster's range fills: `LIGHT_DEPTH_MARGIN` of `shared.glsl`.
 const LIGHT_DEPTH_MARGIN: f64 = 1.001;
+
+/// How many rings there may be.
+const RINGS_MAX: usize = *RINGS.end() as usize;
 
 /// Smallest effective transport coefficient, mm^-1. Without absorption the sampling of the
 /// radius would divide by 0; this floor changes R_d by less than 1e-6 within 100 mm.
@@ -71,6 +75,26 @@ pub struct Uniforms {
     pub levels: LevelTable,
     /// The volumes among it.
     pub volumes: VolumeTable,
+    /// Of each ring E0 times the area of a texel times R_d at the ring's radius; w: 1 / side of its level of the pyramid.
+    pub rings: [[f32; 4]; RINGS_MAX],
+}
+
+/// Mean distance of a square's points from its middle, in half sides, and of a ring's between squares of half sides
+/// 1/2 and 1: (4 D - D/2) / 3, D = (sqrt 2 + asinh 1) / 3.
+const RADII: [f64; 2] = [0.765_195_716, 0.892_728_336];
+
+/// What the rings of a map in `light` weigh: E0 a R_d, with R_d at the mean radius of the ring.
+fn rings(dipoles: &[Dipole; 3], light: &LightFrame, irradiance: DVec3) -> [[f32; 4]; RINGS_MAX] {
+    std::array::from_fn(|k| {
+        let side = (k as f64).exp2();
+        let radius = RADII[k.min(1)] * 0.5 * side * light.texel;
+        let r_d = DVec3::from_array(dipoles.map(|d| d.r_d_squared(radius * radius)));
+        let texels = (light.size >> k).max(1);
+        vec4(
+            irradiance * light.texel_area() * r_d,
+            1.0 / f64::from(texels),
+        )
+    })
 }
 
 /// The levels that the mixture taps, `level_weights` and `level_places` of `shared.glsl`.
@@ -210,6 +234,7 @@ impl Uniforms {
             ],
             levels: *levels,
             volumes: *volumes,
+            rings: rings(&dipoles, light, plan.scene.light.perpendicular_irradiance()),
         }
     }
 }
