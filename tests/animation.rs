@@ -13,8 +13,9 @@ use marmor::cpu::deform::deform;
 use marmor::frame::{Renderer, Setup};
 use marmor::scene::clip::{Channel, Clip, Interpolation, Values};
 use marmor::scene::deformer::{Deformer, Kind};
+use marmor::scene::keys::{Ease, Track};
 use marmor::scene::model::{Joint, Local, Node, Parts, Rig};
-use marmor::scene::{Bundled, Mesh, MeshSource, Method, Model, Motion, Plan, Request};
+use marmor::scene::{Bundled, Mesh, MeshSource, Method, Model, Motion, Plan, Request, Scattering};
 
 /// How far a vertex of the device may lie from its twin, over the radius of the model: a few digits of float32.
 const TOLERANCE: f64 = 2e-6;
@@ -310,14 +311,37 @@ fn a_sequence_may_change_its_topology() {
 #[test]
 fn a_frame_loop_makes_nothing() {
     let Some(device) = device() else { return };
-    for volumes in [0, 3] {
+    let sequence = Model {
+        shapes: [Bundled::Statue1k, Bundled::Statue5k, Bundled::Statue1k]
+            .map(|mesh| mesh.mesh().expect("the statue"))
+            .to_vec(),
+        ..Model::default()
+    };
+    let mut rows: Vec<(&str, Model, Request)> = Vec::new();
+    for (name, method, volumes) in [
+        ("mixture", Method::Mixture, 0),
+        ("mixture with volumes", Method::Mixture, 3),
+        ("rings", Method::Rings, 0),
+        ("samples", Method::Samples, 0),
+        ("exact", Method::Exact, 0),
+    ] {
         let mut request = request();
+        (request.multiple, request.volumes) = (method, volumes);
         request.animation.deformers = deformers();
+        rows.push((name, tube(8), request));
+    }
+    let mut half = request();
+    half.scattering = Scattering::Half;
+    rows.push(("half", tube(4), half));
+    rows.push(("sequence", sequence, request()));
+    for (name, model, mut request) in rows {
         request.animation.light_turns = 1.0;
         request.animation.camera_turns = -1.0;
         request.frames_averaged = Some(3);
-        request.volumes = volumes;
-        let (plan, motion) = plan_of(&tube(8), &request);
+        if request.multiple == Method::Exact {
+            (request.size, request.light_map) = ([16, 16], 32);
+        }
+        let (plan, motion) = plan_of(&model, &request);
         let mut renderer =
             Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
         let mut draw = |number| {
@@ -328,12 +352,44 @@ fn a_frame_loop_makes_nothing() {
         let (tally, bytes) = (device.device.tally(), device.device.bytes_in_use());
         assert!(
             tally.iter().all(|&count| count > 5) && bytes > 0,
-            "{tally:?}"
+            "{name}: {tally:?}"
         );
         (1..motion.frames).for_each(&mut draw);
-        assert_eq!(device.device.tally(), tally, "allocations and pipelines");
-        assert_eq!(device.device.bytes_in_use(), bytes);
+        assert_eq!(
+            device.device.tally(),
+            tally,
+            "{name}: allocations and pipelines"
+        );
+        assert_eq!(device.device.bytes_in_use(), bytes, "{name}");
     }
+}
+
+/// An instant beyond the loop is one within it, and the last keyframe holds to the end of the loop.
+#[test]
+fn instants_repeat_with_the_loop() {
+    let mut request = request();
+    request.animation.duration = Some(2.0);
+    request.animation.camera_turns = 1.0;
+    request.animation.light_keys = Some(Track {
+        times: vec![0.0, 1.0],
+        values: vec![
+            [0.0, 10.0, 1.0, 1.0, 1.0, 1.0],
+            [90.0, 50.0, 3.0, 1.0, 0.5, 0.0],
+        ],
+        ease: Ease::Linear,
+    });
+    let mut scene = |time: f64| {
+        request.time = Some(time);
+        request.plan().expect("a plan").scene
+    };
+    let (early, late) = (scene(0.5), scene(1.5));
+    assert_eq!((early.light.azimuth, early.light.irradiance), (45.0, 2.0));
+    assert_eq!((late.light.azimuth, late.light.irradiance), (90.0, 3.0));
+    for turns in [1.0, 3.0] {
+        assert_eq!(scene(0.5 + 2.0 * turns), early);
+        assert_eq!(scene(1.5 + 2.0 * turns), late);
+    }
+    assert!((early.camera.eye - late.camera.eye).length() > 10.0);
 }
 
 /// Bytes that the process has in memory.
@@ -696,7 +752,7 @@ fn faults_are_named() {
             "-o",
             out,
             "--duration",
-            "1e9",
+            "1e5",
         ],
         &["frames, more than 10000"],
     );
@@ -707,6 +763,30 @@ fn faults_are_named() {
     faults(
         &["render", "statue-1k", "--clip", "walk", "-o", "a.png"],
         &["no clip is called", "it has no clips"],
+    );
+    faults(
+        &[
+            "animate",
+            "statue-1k",
+            "--turntable",
+            "-o",
+            out,
+            "--frames",
+            "0..4294967295",
+        ],
+        &["more than 1000000"],
+    );
+    faults(
+        &[
+            "animate",
+            "statue-1k",
+            "--turntable",
+            "-o",
+            "a.gif",
+            "--fps",
+            "60",
+        ],
+        &["a.gif", "at most 50", ".apng"],
     );
     faults(
         &["animate", "gone_%04d.obj", "-o", out],
@@ -734,6 +814,15 @@ fn faults_are_named() {
             &["axis", "a direction"],
         ),
         ("deform = 3", &["array of tables"]),
+        (
+            "deform = [{ kind = \"bend\", amplitude = 1e30 }]",
+            &["amplitude", "3600", "1e30"],
+        ),
+        (
+            "deform = [{ kind = \"wave\", amplitude = 1, wavelength = 1e-4 }]",
+            &["wavelength", "thousandth"],
+        ),
+        ("time = 1e300", &["time", "1000000"]),
         ("fps = 0", &["fps in [animation]", "0.01"]),
         ("duration = nan", &["duration", "NaN"]),
         ("speed = 3", &["unknown key \"speed\"", "[animation]"]),

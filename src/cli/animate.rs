@@ -8,7 +8,7 @@ use crate::frame::{Animator, PassTime, Picture};
 use crate::report::image::{self, Moving};
 use crate::report::{Format, Image, Output};
 use crate::scene::sequence::Pattern;
-use crate::scene::{Motion, Plan, Single, defaults};
+use crate::scene::{Method, Motion, Plan, Single, defaults};
 use clap::Args;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Render an animation, frame by frame
 ///
 /// A frame depends on its number alone: any range may be drawn by any process, in any order, and comes out the same to
-/// the byte. Each is the mean of jittered frames of one instant (--frames-averaged, here 8 unless said otherwise).
+/// the byte. Each is the mean of jittered frames of one instant (--frames-averaged).
 #[derive(Args, Debug)]
 #[command(after_long_help = "\
 Examples:
@@ -53,14 +53,17 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = values::finite, allow_hyphen_values = true, help_heading = "Animation")]
     light_turns: Option<f64>,
 
-    /// Frames a second, from 0.01 to 1000 [default: 24]
+    /// Frames a second, from 0.01 to 1000 [default: 25]
     #[arg(long, value_name = "N", value_parser = values::fps, allow_hyphen_values = true, help_heading = "Animation")]
     fps: Option<f64>,
 
     /// Seconds [default: that of the clip, the sequence, the longest beat or the last keyframe, or 4]
-    #[arg(long, value_name = "SECONDS", value_parser = values::positive, allow_hyphen_values = true, help_heading = "Animation")]
+    #[arg(long, value_name = "SECONDS", value_parser = values::duration, allow_hyphen_values = true, help_heading = "Animation")]
     duration: Option<f64>,
 }
+
+/// Frames a second that viewers play of a GIF: below two hundredths of a second they take ten.
+const GIF_FPS: f64 = 50.0;
 
 /// Where frames go.
 enum Target {
@@ -73,19 +76,44 @@ enum Target {
 pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
     let target = target(arguments)?;
     let (plan, motion) = plan(global, arguments)?;
+    if matches!(target, Target::File(_, Moving::Gif)) && motion.fps() > GIF_FPS {
+        return Err(Failure::Input(format!(
+            "{}: a GIF plays at most {GIF_FPS} frames a second, not {:.2}; lower --fps, or name an .apng",
+            arguments.output.display(),
+            motion.fps()
+        )));
+    }
     let range = arguments
         .frames
         .clone()
         .unwrap_or(0..=motion.frames.saturating_sub(1));
-    let all = range.clone().count();
-    let wanted = match &target {
+    let all = range.end() - range.start();
+    let (most, what) = match &target {
+        Target::Files(..) => (defaults::FRAMES_DRAWN_MAX, "frames"),
+        // They are held until the last is drawn.
+        Target::File(..) => (defaults::FRAMES_MAX, "frames in one file"),
+    };
+    if all >= most {
+        return Err(Failure::Input(format!(
+            "--frames {}..{}: more than {most} {what}; draw them in parts",
+            range.start(),
+            range.end()
+        )));
+    }
+    let wanted: Vec<u32> = match &target {
         Target::Files(pattern, _) => {
             folder(&pattern.path(*range.start()))?;
+            if let Some(path) = range.clone().map(|n| pattern.path(n)).find(|p| p.is_dir()) {
+                return Err(Failure::Input(format!(
+                    "{}: is a folder; name other files to write",
+                    path.display()
+                )));
+            }
             let whole = |number: &u32| is_whole(&pattern.path(*number), plan.size);
             let missing = range.clone().filter(|n| !(arguments.resume && whole(n)));
             missing.collect()
         }
-        Target::File(..) => range.clone().collect::<Vec<u32>>(),
+        Target::File(..) => range.clone().collect(),
     };
 
     let mut bar = Bar::new(global.quiet);
@@ -94,6 +122,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     if !wanted.is_empty() {
         let mut animator = Animator::new(&global.options(), &plan, &motion)?;
         for (done, &number) in (1..).zip(&wanted) {
+            tracing::info!("frame {number}: {} s", motion.time(number));
             let mut picture = animator.draw(number, &mut |_| ())?;
             if plan.single == Single::Traced {
                 let instant = plan.at(motion.time(number));
@@ -127,7 +156,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
         plan.size[1],
         motion.duration,
         motion.fps(),
-        match all - wanted.len() {
+        match all as usize + 1 - wanted.len() {
             0 => String::new(),
             kept => format!("; {kept} were there"),
         },
@@ -165,9 +194,11 @@ fn plan(global: &Global, arguments: &Arguments) -> Result<(Plan, Arc<Motion>), F
     }
     let mut request = arguments.picture.request()?;
     request.time = None;
-    request
-        .frames_averaged
-        .get_or_insert(defaults::FRAMES_AVERAGED_MOVING);
+    let noisy = request.multiple == Method::Samples && request.fetch_budget.is_none();
+    request.frames_averaged.get_or_insert(match noisy {
+        true => defaults::FRAMES_AVERAGED_NOISY,
+        false => defaults::FRAMES_AVERAGED_MOVING,
+    });
     let animation = &mut request.animation;
     if arguments.turntable {
         animation.camera_turns = 1.0;

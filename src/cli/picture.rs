@@ -17,7 +17,7 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 pub(super) struct PictureArguments {
     /// A scene file (.toml), a mesh (.obj, .gltf, .glb, or a sequence walk_%04d.obj), or a bundled mesh: statue,
-    /// statue-1k, statue-5k, statue-20k
+    /// statue-1k, statue-5k, statue-20k, betta
     #[arg(value_name = "SCENE", default_value = "statue")]
     scene: PathBuf,
 
@@ -33,7 +33,7 @@ pub(super) struct PictureArguments {
     #[arg(long, value_name = "#rrggbb|none", value_parser = values::background, help_heading = "Picture")]
     background: Option<Background>,
 
-    /// How many frames to average; edges and noise converge [default: 1]
+    /// How many frames to average; edges and noise converge [default: 1; of an animation 8, by the method samples 32]
     #[arg(long, value_name = "N", value_parser = values::frames_averaged, allow_hyphen_values = true, help_heading = "Picture")]
     frames_averaged: Option<u32>,
 
@@ -84,8 +84,8 @@ pub(super) struct PictureArguments {
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::camera, allow_hyphen_values = true, help_heading = "Light and camera")]
     camera: Option<Orbit>,
 
-    /// The instant of an animation, s [default: 0]
-    #[arg(long, value_name = "SECONDS", value_parser = values::non_negative, allow_hyphen_values = true, help_heading = "Animation")]
+    /// The instant of a picture of something that moves, s [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = values::time, allow_hyphen_values = true, help_heading = "Animation")]
     pub(super) time: Option<f64>,
 
     /// The clip of an animated mesh [default: its first]
@@ -250,7 +250,9 @@ impl PictureArguments {
         if let Some(light) = arguments.light {
             request.light.azimuth = light.azimuth;
             request.light.elevation = light.elevation;
-            request.animation.light_keys = None;
+            if request.animation.light_keys.take().is_some() {
+                tracing::info!("--light takes the place of the light's keyframes");
+            }
         }
         if let Some(orbit) = arguments.camera {
             // The flag says from where; what the file looks at stays in the middle.
@@ -258,7 +260,9 @@ impl PictureArguments {
                 Viewpoint::Orbit { target, .. } => target,
                 Viewpoint::At { target, .. } => Some(target),
             };
-            request.animation.camera_keys = None;
+            if request.animation.camera_keys.take().is_some() {
+                tracing::info!("--camera takes the place of the camera's keyframes");
+            }
             request.viewpoint = Viewpoint::Orbit {
                 azimuth: orbit.direction.azimuth,
                 elevation: orbit.direction.elevation,

@@ -60,6 +60,14 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
     limits::finite(number(text)?)
 }
 
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    limits::duration(number(text)?)
+}
+
+pub(super) fn time(text: &str) -> Result<f64, String> {
+    limits::time(number(text)?)
+}
+
 pub(super) fn fps(text: &str) -> Result<f64, String> {
     limits::fps(number(text)?)
 }

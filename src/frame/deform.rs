@@ -68,7 +68,9 @@ impl DeformPass {
     ) -> gpu::Result<Self> {
         let nothing = Rig::default();
         let rig = model.rig.as_ref().unwrap_or(&nothing);
-        let middle = model.shapes.first().map_or(DVec3::ZERO, |s| s.center());
+        let boxes = model.shapes.iter().filter_map(|shape| shape.bounding_box());
+        let all = boxes.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
+        let middle = all.map_or(DVec3::ZERO, |(lo, hi)| 0.5 * (lo + hi));
         let mut shapes = Vec::new();
         let mut rest: Vec<[f32; 6]> = Vec::new();
         for shape in &model.shapes {

@@ -211,9 +211,10 @@ pub fn write_moving(
         Moving::Gif => output.write(|writer| {
             let mut encoder = GifEncoder::new_with_speed(writer, PALETTE_SPEED);
             encoder.set_repeat(Repeat::Infinite)?;
-            // Thousandths of a millisecond: what is rounded is the file's hundredths of a second.
-            let delay = Delay::from_numer_denom_ms((1e6 / fps).round() as u32, 1000);
-            for frame in frames {
+            // A frame begins at the hundredth of a second nearest to its instant, so that rounding adds up to nothing.
+            let begins = |n: usize| (100.0 * n as f64 / fps).round() as u32;
+            for (n, frame) in frames.iter().enumerate() {
+                let delay = Delay::from_numer_denom_ms(10 * (begins(n + 1) - begins(n)), 1);
                 let pixels = frame.as_flattened().to_vec();
                 let Some(buffer) = RgbaImage::from_raw(size[0], size[1], pixels) else {
                     continue;

@@ -63,8 +63,9 @@ pub const FRAMES_AVERAGED: u32 = 1;
 /// What is radiance multiplied by before it is encoded for display?
 pub const EXPOSURE: f64 = 1.0;
 
-/// How many frames a second has an animation?
-pub const FPS: f64 = 24.0;
+/// How many frames a second has an animation? As many as make whole frames of tenths of a second, nearly, and as a GIF
+/// can play.
+pub const FPS: f64 = 25.0;
 
 /// How many seconds has an animation where nothing in it says so, as a turntable of a still mesh? Slow
 /// enough to look.
@@ -76,3 +77,9 @@ pub const FRAMES_MAX: u32 = 10_000;
 
 /// How many frames of one instant does an animation average? Eight leave no stairs at silhouettes.
 pub const FRAMES_AVERAGED_MOVING: u32 = 8;
+
+/// And by the method `samples`? With 32 its noise flickers no more than what it stands for (tests/flicker.rs).
+pub const FRAMES_AVERAGED_NOISY: u32 = 32;
+
+/// How many frames may be drawn at once? A number that nobody means is most likely a slip.
+pub const FRAMES_DRAWN_MAX: u32 = 1_000_000;

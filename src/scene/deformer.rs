@@ -4,7 +4,7 @@
 //! mesh, from its *base*, the lowest point along the axis, to its *tip*, and move with time as
 //! sin(2 pi (t / period + phase)).
 
-use super::names;
+use super::{limits, names};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -51,6 +51,20 @@ impl Kind {
     /// The names by which they are asked for.
     pub const NAMES: [&'static str; 4] = ["twist", "bend", "breathe", "wave"];
 
+    /// An amplitude: any finite number, of a twist and a bend at most ten turns.
+    ///
+    /// # Errors
+    /// The phrase that names the range.
+    pub fn amplitude(self, value: f64) -> Result<f64, String> {
+        limits::finite(value)?;
+        match self {
+            Kind::Twist | Kind::Bend if value.abs() > DEGREES_MAX => Err(format!(
+                "must be from -{DEGREES_MAX} to {DEGREES_MAX} degrees, not {value:e}"
+            )),
+            _ => Ok(value),
+        }
+    }
+
     /// The kind called `name`.
     ///
     /// # Errors
@@ -88,7 +102,31 @@ pub struct Bend {
     pub phase: f64,
 }
 
+/// Largest amplitude of a twist or a bend, degrees: ten turns, of which float32 still has five digits.
+const DEGREES_MAX: f64 = 3600.0;
+
 impl Deformer {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// A phrase that names the value at fault.
+    pub fn check(&self) -> Result<(), String> {
+        let named = |name: &str, result: Result<(), String>| {
+            result.map_err(|phrase| format!("{name} {phrase}"))
+        };
+        named("axis", limits::direction(self.axis).map(drop))?;
+        if let Some(towards) = self.towards {
+            named("towards", limits::direction(towards).map(drop))?;
+        }
+        named("amplitude", self.kind.amplitude(self.amplitude).map(drop))?;
+        named("period", limits::positive(self.period).map(drop))?;
+        named("phase", limits::finite(self.phase).map(drop))?;
+        match self.wavelength {
+            Some(length) => named("wavelength", limits::positive(length).map(drop)),
+            None => Ok(()),
+        }
+    }
+
     /// What it does at `time` (s) to a mesh between the corners `lo` and `hi` of its box at rest, mm.
     pub fn at(&self, time: f64, [lo, hi]: [DVec3; 2]) -> Bend {
         let axis = self.axis.normalize_or(DVec3::Y);
@@ -99,7 +137,8 @@ impl Deformer {
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         // Of a box, the extent along a direction.
         let reach = half.dot(axis.abs()).max(f64::MIN_POSITIVE);
-        let beat = TAU * (time / self.period + self.phase);
+        // Of many beats only the last counts, and float32 has its digits for that.
+        let beat = TAU * (time / self.period + self.phase).rem_euclid(1.0);
         let (amount, phase) = match self.kind {
             Kind::Twist | Kind::Bend => (self.amplitude.to_radians() * beat.sin(), 0.0),
             Kind::Breathe => (self.amplitude * beat.sin(), 0.0),

@@ -169,12 +169,12 @@ fn animation(section: &Section, request: &mut Request) -> Result<(), Error> {
     )?;
     section.read(
         "duration",
-        |f| f.number(limits::positive),
+        |f| f.number(limits::duration),
         |v| request.animation.duration = Some(v),
     )?;
     section.read(
         "time",
-        |f| f.number(limits::non_negative),
+        |f| f.number(limits::time),
         |v| request.time = Some(v),
     )?;
     if let Some(field) = section.get("deform") {
@@ -199,7 +199,7 @@ fn animation(section: &Section, request: &mut Request) -> Result<(), Error> {
 
 fn deformer(section: &Section) -> Result<Deformer, Error> {
     let kind = section.required("kind", |f| f.named(Kind::named))?;
-    let amplitude = section.required("amplitude", |f| f.number(limits::finite))?;
+    let amplitude = section.required("amplitude", |f| f.number(|v| kind.amplitude(v)))?;
     let idle = [
         (
             "towards",

@@ -202,6 +202,30 @@ pub fn finite(value: f64) -> Result<f64, String> {
     number(value, true, "a finite number")
 }
 
+/// Length of an animation in [1e-3, 1e6], s.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn duration(value: f64) -> Result<f64, String> {
+    number(
+        value,
+        (1e-3..=1e6).contains(&value),
+        "from 0.001 to 1000000 seconds",
+    )
+}
+
+/// An instant in [0, 1e6], s.
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn time(value: f64) -> Result<f64, String> {
+    number(
+        value,
+        (0.0..=1e6).contains(&value),
+        "from 0 to 1000000 seconds",
+    )
+}
+
 /// Frames a second, in [0.01, 1000].
 ///
 /// # Errors

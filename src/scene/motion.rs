@@ -197,10 +197,29 @@ impl Motion {
             reach: DVec3::ZERO,
             model,
         };
+        let asked = animation.fps;
+        if (motion.fps() - asked).abs() > 1e-6 * asked {
+            tracing::warn!(
+                "{}: a loop of {duration} s is {} frames at {:.3} a second, since {asked} a second would be {:.2}; set \
+                 another fps or duration for a whole number",
+                still.name,
+                motion.frames,
+                motion.fps(),
+                duration * asked,
+            );
+        }
         let rest = motion.model.posed(&motion.unbent(0.0));
         motion.rest = corners(&rest.positions)
             .ok_or_else(|| fault("no vertex; name another mesh".to_owned()))?;
-        motion.measure(still, time)?;
+        // A ripple far finer than the mesh is noise, and in float32 not even that.
+        let extent = motion.rest[0].distance(motion.rest[1]);
+        let waves = animation.deformers.iter().filter_map(|d| d.wavelength);
+        if let Some(short) = waves.into_iter().find(|length| *length < 1e-3 * extent) {
+            return Err(fault(format!(
+                "a deformer has a wavelength of {short:e} mm, less than a thousandth of the mesh; lengthen it"
+            )));
+        }
+        motion.measure(still, motion.within(time))?;
         Ok(motion)
     }
 
@@ -274,6 +293,11 @@ impl Motion {
         self.clip.is_some() || self.model.shapes.len() > 1 || !self.animation.deformers.is_empty()
     }
 
+    /// The instant of the loop that `time` (s) is, in [0, duration).
+    pub fn within(&self, time: f64) -> f64 {
+        time.rem_euclid(self.duration)
+    }
+
     /// The instant of frame `number`, s, in [0, duration).
     pub fn time(&self, number: u32) -> f64 {
         self.duration * f64::from(number % self.frames) / f64::from(self.frames)
@@ -287,7 +311,7 @@ impl Motion {
     fn unbent(&self, time: f64) -> Pose {
         let shapes = self.model.shapes.len();
         // Rounding must not hold a shape back.
-        let shape = (time * self.animation.fps + 1e-6) as usize % shapes.max(1);
+        let shape = (time * self.fps() + 1e-6) as usize % shapes.max(1);
         let clip = self.clip.as_ref();
         let within = clip.map_or(0.0, |clip| time % clip.duration);
         self.model.pose(self.unit, shape, clip, within)
@@ -347,7 +371,7 @@ impl Motion {
                         .map(|track| track.at(time)[0].max(1e-6)),
                     target: keys.target.as_ref().map(|track| track.at(time).into()),
                 },
-                fov: fov.clamp(1.0, 170.0),
+                fov: fov.clamp(0.1, 170.0),
             };
         }
         turned.viewpoint = turned

@@ -372,6 +372,7 @@ impl Plan {
     pub fn at(&self, time: f64) -> Plan {
         let mut plan = self.clone();
         if let Some(motion) = &self.motion {
+            let time = motion.within(time);
             plan.time = time;
             plan.scene.mesh = motion.mesh(time);
             plan.scene.light = motion.light(time);

@@ -298,9 +298,10 @@ impl Request {
             _ => self.material.clone(),
         };
         let motion = self.motion(&model)?;
+        let mut time = 0.0;
         let scene = match &motion {
             Some(motion) => {
-                let time = self.time.unwrap_or(0.0);
+                time = motion.within(self.time.unwrap_or(0.0));
                 Scene {
                     name: self.name.clone(),
                     mesh: motion.mesh(time),
@@ -314,7 +315,7 @@ impl Request {
         Ok(Plan {
             scene,
             motion: motion.map(Arc::new),
-            time: self.time.unwrap_or(0.0),
+            time,
             size: self.size,
             multiple: self.with_parameters(self.multiple),
             split: self.split.map(|method| self.with_parameters(method)),
@@ -393,10 +394,10 @@ impl Request {
         let animation = &self.animation;
         check("fps", limits::fps(animation.fps).map(drop))?;
         if let Some(duration) = animation.duration {
-            check("duration", limits::positive(duration).map(drop))?;
+            check("duration", limits::duration(duration).map(drop))?;
         }
         if let Some(time) = self.time {
-            check("time", limits::non_negative(time).map(drop))?;
+            check("time", limits::time(time).map(drop))?;
         }
         check(
             "light turns",
@@ -412,19 +413,7 @@ impl Request {
             check("deformers", Err(phrase))?;
         }
         for deformer in &animation.deformers {
-            check("deformer axis", limits::direction(deformer.axis).map(drop))?;
-            check(
-                "deformer amplitude",
-                limits::finite(deformer.amplitude).map(drop),
-            )?;
-            check(
-                "deformer period",
-                limits::positive(deformer.period).map(drop),
-            )?;
-            check("deformer phase", limits::finite(deformer.phase).map(drop))?;
-            if let Some(length) = deformer.wavelength {
-                check("deformer wavelength", limits::positive(length).map(drop))?;
-            }
+            check("deformer", deformer.check())?;
         }
         Ok(())
     }

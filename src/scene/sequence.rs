@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     folder: PathBuf,
+    /// As it was written, for messages.
+    written: PathBuf,
     before: String,
     /// Digits at least, filled up with zeros.
     width: usize,
@@ -55,6 +57,7 @@ impl Pattern {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Ok(found.map(|(before, width)| Pattern {
             folder,
+            written: path.to_owned(),
             before,
             width: width.max(1),
             after: text,
@@ -68,6 +71,7 @@ impl Pattern {
             before,
             width,
             after,
+            ..
         } = self;
         folder.join(format!("{before}{number:0width$}{after}"))
     }
@@ -105,7 +109,7 @@ impl Pattern {
         let Some(&first) = numbers.first() else {
             return Err(Error::of(
                 name,
-                "no file of this name, whatever the number; check the path",
+                "no file of this name, whatever its number (up to 4294967295); check the path",
             ));
         };
         match numbers
@@ -126,10 +130,7 @@ impl Pattern {
     /// # Errors
     /// As [`obj::load`], and where a file is missing between others.
     pub fn load(&self) -> Result<Vec<Mesh>, Error> {
-        let name = self
-            .folder
-            .join(format!("{}%0{}d{}", self.before, self.width, self.after));
-        let numbers = self.numbers(&name.display().to_string())?;
+        let numbers = self.numbers(&self.written.display().to_string())?;
         numbers.iter().map(|&n| obj::load(&self.path(n))).collect()
     }
 }

@@ -48,6 +48,9 @@ pub fn load(path: &Path) -> Result<Model, Error> {
 /// # Errors
 /// As [`load`].
 pub fn parse(bytes: &[u8], name: &str, folder: Option<&Path>) -> Result<Model, Error> {
+    if bytes.is_empty() {
+        return Err(Error::of(name, "the file is empty; export it anew"));
+    }
     let source = Source::open(bytes, name, folder)?;
     let mut hierarchy = Hierarchy::of(&source)?;
     let mut body = Body::default();
