@@ -59,11 +59,12 @@ fn smooth(exact: &[Frame], n: usize, [width, height]: [u32; 2]) -> Vec<usize> {
 fn unsteadiness(frames: &[Frame], exact: &[Frame], size: [u32; 2]) -> (f64, f64) {
     let (mut sum, mut count, mut places) = (0.0, 0, 0);
     for n in 1..frames.len() - 1 {
+        let around = [&frames[n - 1], &frames[n], &frames[n + 1]];
         for i in smooth(exact, n, size) {
             places += 1;
-            for c in 0..3 {
-                let at = |n: usize| f64::from(frames[n][i][c]);
-                sum += (at(n + 1) - 2.0 * at(n) + at(n - 1)).abs();
+            for channel in 0..3 {
+                let [before, now, after] = around.map(|frame| f64::from(frame[i][channel]));
+                sum += (after - 2.0 * now + before).abs();
                 count += 1;
             }
         }
