@@ -18,6 +18,8 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("light.frag", "fourth", &["FOURTH"]),
     ("view.vert", "", &[]),
     ("view.frag", "", &[]),
+    ("view.vert", "motion", &["MOTION"]),
+    ("view.frag", "motion", &["MOTION"]),
     ("shade.vert", "", &[]),
     ("decimate.comp", "", &[]),
     ("decimate.comp", "fourth", &["FOURTH"]),
@@ -39,6 +41,13 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
     ("shade.frag", "half", &["METHOD_HALF"]),
     ("resolve.frag", "", &[]),
     ("resolve.frag", "encode", &["ENCODE"]),
+    // Live display: each frame is joined with a history, and shown.
+    ("resolve.frag", "live", &["ENCODE", "LIVE"]),
+    (
+        "resolve.frag",
+        "live nearest",
+        &["ENCODE", "LIVE", "NO_LINEAR"],
+    ),
 ];
 
 /// The shaders that shade, by their method for multiple scattering.

@@ -7,7 +7,7 @@
 layout(binding = 1) uniform sampler2D radiance;
 // The mean of the frames before this one. Frames take turns with two images: none reads what it writes.
 layout(binding = 2) uniform sampler2D mean;
-
+#include "history.glsl"
 layout(location = 0) out vec4 out_mean;
 // Only what is shown needs the encoding.
 #ifdef ENCODE
@@ -39,6 +39,10 @@ void main() {
             value = old + (value - old) * frame.sequence.z;
         }
     }
+#ifdef LIVE
+    // In place of the mean: this variant runs without HISTORY.
+    value = joined(pixel, size, value);
+#endif
     out_mean = value;
     STORE_COUNTS(ivec2(pixel), false);
 

@@ -609,6 +609,55 @@ fn a_frame_depends_on_its_number_alone() {
     assert_eq!(bytes(&still), frames[2]);
 }
 
+/// Live frames depend on those before, so a range starts 16 frames ahead: it is the same in every run, and near to what the
+/// whole loop shows there.
+#[test]
+fn live_frames_start_warm() {
+    if !common::device::present() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("s.toml");
+    std::fs::write(&scene, SCENE).expect("written");
+    let scene = scene.to_str().expect("a path");
+    let path = |name: &str| folder.path().join(name);
+    let draw = |frames: &str, to: &str| {
+        let to = path(to);
+        let to = to.to_str().expect("a path");
+        done(&[
+            "-q", "animate", scene, "--live", "--frames", frames, "-o", to,
+        ]);
+    };
+    draw("0..4", "a/%04d.png");
+    draw("0..4", "b/%04d.png");
+    draw("4..4", "c/%04d.png");
+    for n in 0..5 {
+        let [a, b] = ["a", "b"].map(|run| bytes(&path(&format!("{run}/{n:04}.png"))));
+        assert_eq!(a, b, "frame {n}");
+    }
+    let pixels = |name: &str| image::open(path(name)).expect("a PNG").to_rgba8();
+    let to = path("once/%04d.png");
+    let once = [
+        "--frames",
+        "4",
+        "--frames-averaged",
+        "1",
+        "-o",
+        to.to_str().expect("a path"),
+    ];
+    done(&[&["-q", "animate", scene][..], &once].concat());
+    let [whole, alone, once] = ["a/0004.png", "c/0004.png", "once/0004.png"].map(pixels);
+    let off = |of: &image::RgbaImage| {
+        let pairs = whole.iter().zip(of.iter());
+        let sum: f64 = pairs.map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+        sum / whole.len() as f64
+    };
+    // Jitter differs, and what is older than 16 frames; a frame without history is farther off.
+    let (alone, once) = (off(&alone), off(&once));
+    println!("a range of its own: {alone:.2} of 255 off in the mean, a single frame {once:.2}");
+    assert!(alone < 0.8 * once, "{alone} {once}");
+}
+
 #[test]
 fn quick_looks_hold_every_frame() {
     if !common::device::present() {
@@ -696,6 +745,14 @@ fn faults_are_named() {
         ],
         &["--resume"],
     );
+    for (flags, fragment) in [
+        (&["--resume"][..], "--resume"),
+        (&["--frames-averaged", "4"], "--frames-averaged"),
+        (&["--single", "traced"], "--single traced"),
+    ] {
+        let live = ["animate", "statue-1k", "--turntable", "--live", "-o", out];
+        faults(&[&live[..], flags].concat(), &[fragment, "drop"]);
+    }
     faults(
         &[
             "animate",

@@ -4,21 +4,22 @@ use std::mem::offset_of;
 
 use marmor::frame::{
     shaders,
-    uniforms::{LevelTable, Uniforms, VolumeTable},
+    uniforms::{LevelTable, Reprojection, Uniforms, VolumeTable},
 };
+use marmor::gpu::Shader;
 use rspirv::dr::{Loader, Operand};
 use rspirv::spirv::{Decoration, Op};
 
-#[test]
-fn offsets_agree() {
+/// Offsets of the members of the one uniform block called `name` in `shader`.
+fn block_offsets(shader: &Shader, name: &str) -> Vec<u32> {
     let mut loader = Loader::new();
-    rspirv::binary::parse_words(shaders::SHADE_FRAG_SAMPLES.words(), &mut loader).expect("SPIR-V");
+    rspirv::binary::parse_words(shader.words(), &mut loader).expect("SPIR-V");
     let module = loader.module();
     let block = module
-        .annotations
+        .debug_names
         .iter()
-        .find_map(|a| match a.operands.as_slice() {
-            [Operand::IdRef(id), Operand::Decoration(Decoration::Block)] => Some(*id),
+        .find_map(|n| match n.operands.as_slice() {
+            [Operand::IdRef(id), Operand::LiteralString(text)] if text == name => Some(*id),
             _ => None,
         })
         .expect("a uniform block");
@@ -37,6 +38,31 @@ fn offsets_agree() {
         })
         .collect();
     offsets.sort_unstable();
+    offsets
+}
+
+#[test]
+fn offsets_of_motion_agree() {
+    let mirror = [
+        offset_of!(Reprojection, now),
+        offset_of!(Reprojection, before),
+        offset_of!(Reprojection, picture),
+    ]
+    .map(|offset| offset as u32);
+    assert_eq!(
+        block_offsets(&shaders::VIEW_VERT_MOTION, "Before")[..2],
+        mirror[..2]
+    );
+    assert_eq!(
+        block_offsets(&shaders::VIEW_FRAG_MOTION, "Before").last(),
+        mirror.last()
+    );
+    assert_eq!(size_of::<Reprojection>(), mirror[2] as usize + 16);
+}
+
+#[test]
+fn offsets_agree() {
+    let offsets = block_offsets(&shaders::SHADE_FRAG_SAMPLES, "Frame");
     let mirror = [
         offset_of!(Uniforms, view_proj),
         offset_of!(Uniforms, light_proj),

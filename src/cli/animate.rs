@@ -18,6 +18,7 @@ use std::sync::Arc;
 ///
 /// A frame depends on its number alone: any range may be drawn by any process, in any order, and comes out the same to
 /// the byte. Each is the mean of jittered frames of one instant (--frames-averaged).
+/// With --live each is drawn once and goes on from those before it, as a live display would show it.
 #[derive(Args, Debug)]
 #[command(after_long_help = "\
 Examples:
@@ -27,6 +28,8 @@ Examples:
       a clip of an animated mesh, seen from all sides
   marmor animate scene.toml --frames 0..29 -o out/%04d.exr
       a part of the frames; another process may draw 30..59
+  marmor animate --turntable --live -o live/%04d.png
+      what a live display would show
   marmor animate walk_%04d.obj --fps 30 -o out/%04d.png --resume
       a sequence of meshes; frames that are there already are kept")]
 pub(super) struct Arguments {
@@ -44,6 +47,13 @@ pub(super) struct Arguments {
     /// Keep the frames that are there, whole and of the right size, and draw the others
     #[arg(long, help_heading = "Output")]
     resume: bool,
+
+    /// Draw each frame once, joined with a history of those before it, as a live display would
+    ///
+    /// The history follows what moves. A frame then depends on those before it: before the first it draws the 16 frames that
+    /// lead up to it, and --resume and --frames-averaged do not go with it.
+    #[arg(long, help_heading = "Animation")]
+    live: bool,
 
     /// Turn the camera once about the vertical
     #[arg(long, help_heading = "Animation")]
@@ -74,6 +84,9 @@ enum Target {
 }
 
 pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.live {
+        check_live(arguments)?;
+    }
     let target = target(arguments)?;
     let (plan, motion) = plan(global, arguments)?;
     if matches!(target, Target::File(_, Moving::Gif)) && motion.fps() > GIF_FPS {
@@ -120,7 +133,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     let mut times = Times::default();
     let mut still = Vec::new();
     if !wanted.is_empty() {
-        let mut animator = Animator::new(&global.options(), &plan, &motion)?;
+        let mut animator = Animator::new(&global.options(), &plan, &motion, arguments.live)?;
         for (done, &number) in (1..).zip(&wanted) {
             tracing::info!("frame {number}: {} s", motion.time(number));
             let mut picture = animator.draw(number, &mut |_| ())?;
@@ -164,6 +177,21 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     ))
 }
 
+/// What --live does not go with.
+fn check_live(arguments: &Arguments) -> Result<(), Failure> {
+    let refuse = |flag, why| {
+        let message = format!("{flag}: with --live {why}; drop {flag}, or --live");
+        Err(Failure::Input(message))
+    };
+    if arguments.resume {
+        return refuse("--resume", "a frame depends on those before it");
+    }
+    if arguments.picture.frames_averaged.is_some() {
+        return refuse("--frames-averaged", "each frame is drawn once");
+    }
+    Ok(())
+}
+
 /// Where the frames go, checked as far as it can be before there is anything to write.
 fn target(arguments: &Arguments) -> Result<Target, Failure> {
     let path = &arguments.output;
@@ -194,6 +222,10 @@ fn plan(global: &Global, arguments: &Arguments) -> Result<(Plan, Arc<Motion>), F
     }
     let mut request = arguments.picture.request()?;
     request.time = None;
+    if arguments.live {
+        // History takes the place of what a scene file averages.
+        request.frames_averaged = Some(1);
+    }
     let noisy = request.multiple == Method::Samples && request.fetch_budget.is_none();
     request.frames_averaged.get_or_insert(match noisy {
         true => defaults::FRAMES_AVERAGED_NOISY,
@@ -213,6 +245,12 @@ fn plan(global: &Global, arguments: &Arguments) -> Result<(Plan, Arc<Motion>), F
         animation.duration = arguments.duration;
     }
     let (plan, _) = picture::plan(&request, &global.options())?;
+    if arguments.live && plan.single == Single::Traced {
+        return Err(Failure::Input(
+            "--single traced goes with no history; drop --live, or choose a number of steps"
+                .to_owned(),
+        ));
+    }
     let motion = plan.motion.clone().ok_or_else(|| {
         Failure::Input(format!(
             "{}: nothing moves; add --turntable or --light-turns 1, name an animated mesh, or write [animation] in the \
@@ -296,8 +334,12 @@ impl Times {
                 format!("{} {mean:.2}", time.pass)
             })
             .collect();
+        let each = match averaged {
+            1 => "a frame".to_owned(),
+            _ => format!("for each of {averaged} averaged"),
+        };
         format!(
-            "{}: {:.2} ms for each of {averaged} averaged ({})\n",
+            "{}: {:.2} ms {each} ({})\n",
             self.device,
             self.wall / f64::from(self.pictures),
             passes.join(", "),

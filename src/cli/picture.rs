@@ -35,7 +35,7 @@ pub(super) struct PictureArguments {
 
     /// How many frames to average; edges and noise converge [default: 1; of an animation 8, by the method samples 32]
     #[arg(long, value_name = "N", value_parser = values::frames_averaged, allow_hyphen_values = true, help_heading = "Picture")]
-    frames_averaged: Option<u32>,
+    pub(super) frames_averaged: Option<u32>,
 
     /// What moves between averaged frames [default: all]
     ///

@@ -24,6 +24,148 @@ pub fn resolve(accumulated: [f64; 4], exposure: f64, background: Option<[f64; 3]
     [r, g, b, to_byte(alpha)]
 }
 
+/// How much of a picture for live display is the new frame, where history holds: `SHARE` of `history.glsl`, as those that
+/// follow are of its other constants.
+const SHARE: f64 = 0.1;
+const SHARE_MOVING: f64 = 0.3;
+const MOVING: f64 = 0.5;
+const SHARE_NEW: f64 = 0.5;
+const REACH: f64 = 1.0;
+const ELSEWHERE: f64 = 2.0;
+
+/// A frame that is to be joined with history, all row-major.
+pub struct Live<'a> {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Radiance and coverage of the frame alone, colour premultiplied.
+    pub radiance: &'a [[f64; 4]],
+    /// Depth-buffer values of the nearest surface; 1 where there is none.
+    pub depth: &'a [f64],
+    /// Where the surface was in the frame before, minus where it is, pixels.
+    pub motion: &'a [[f64; 2]],
+    /// The history, as the frame before left it.
+    pub history: &'a [[f64; 4]],
+    /// Frames that it holds, at least 1.
+    pub done: u32,
+    /// Factor of radiance for display.
+    pub exposure: f64,
+}
+
+impl Live<'_> {
+    /// The texel nearest to pixel coordinates (x, y), of what has `size`, at its edge beyond it.
+    fn at(&self, [x, y]: [f64; 2]) -> usize {
+        let [width, height] = self.size;
+        let index = |x: f64, side: usize| (x.floor().max(0.0) as usize).min(side - 1);
+        index(y, height) * width + index(x, width)
+    }
+
+    /// The new history at pixel (column, row): the mean of the frame and of what history shows of the same surface, as far
+    /// as the neighbourhood of the frame bears it out.
+    pub fn joined(&self, column: usize, row: usize) -> [f64; 4] {
+        let pixel = [column as f64 + 0.5, row as f64 + 0.5];
+        let value = self.radiance[self.at(pixel)];
+        let around = (0..9).map(|k| {
+            [
+                pixel[0] + (k % 3) as f64 - 1.0,
+                pixel[1] + (k / 3) as f64 - 1.0,
+            ]
+        });
+        let around: Vec<usize> = around.map(|place| self.at(place)).collect();
+
+        let own = to_luma(value);
+        let mean = |of: &dyn Fn([f64; 4]) -> [f64; 4]| {
+            let sums = around.iter().map(|&i| of(to_luma(self.radiance[i])));
+            sums.fold([0.0; 4], |sum, x| [0, 1, 2, 3].map(|c| sum[c] + x[c] / 9.0))
+        };
+        let middle = mean(&|x| x);
+        let variance = mean(&|x| [0, 1, 2, 3].map(|c| (x[c] - middle[c]).powi(2)));
+        let deviation = variance.map(f64::sqrt);
+
+        // Beside a silhouette the motion is that of the nearest; of equals the first.
+        let own_at = around[4];
+        let nearer = |front: usize, i: usize| {
+            if self.depth[i] < self.depth[front] {
+                i
+            } else {
+                front
+            }
+        };
+        let front = match self.depth[own_at] < 1.0 {
+            true => own_at,
+            false => around.iter().copied().fold(own_at, nearer),
+        };
+        let moved = self.motion[front];
+        let place = [0, 1].map(|k| pixel[k] + moved[k]);
+        let [width, height] = self.size.map(|side| side as f64);
+        let inside = |x: f64, side: f64| (0.0..=side).contains(&x);
+        if !inside(place[0], width) || !inside(place[1], height) {
+            return value;
+        }
+        let place = [
+            place[0].clamp(0.5, width - 0.5),
+            place[1].clamp(0.5, height - 0.5),
+        ];
+        let old = to_luma(self.history_at(place));
+        let kept = [0, 1, 2, 3].map(|c| {
+            let reach = REACH * deviation[c];
+            old[c].clamp(middle[c] - reach, middle[c] + reach)
+        });
+        let beyond = |c: usize| (old[c] - kept[c]).abs() / deviation[c].max(1e-3 * own[0] + 1e-6);
+        let elsewhere = (beyond(0).max(beyond(3)) / ELSEWHERE).clamp(0.0, 1.0);
+        let speed = (moved[0].hypot(moved[1]) / MOVING).clamp(0.0, 1.0);
+        let share = SHARE + (SHARE_MOVING - SHARE) * speed;
+        let share = share + (SHARE_NEW - share) * elsewhere;
+        let share = share.max(1.0 / (f64::from(self.done) + 1.0));
+        let weight = |c: [f64; 4]| 1.0 / (1.0 + (self.exposure * c[0] - 1.0).max(0.0));
+        let (fresh, stale) = (share * weight(own), (1.0 - share) * weight(kept));
+        let mixed = [0, 1, 2, 3].map(|c| (own[c] * fresh + kept[c] * stale) / (fresh + stale));
+        from_luma(mixed).map(|x| x.max(0.0))
+    }
+
+    /// History between pixels: Catmull and Rom's cubic over the 4x4 around, without the four corners.
+    fn history_at(&self, place: [f64; 2]) -> [f64; 4] {
+        let first = place.map(|x| (x - 0.5).floor());
+        let weights = [0, 1].map(|k| {
+            let f = place[k] - 0.5 - first[k];
+            [
+                f * (-0.5 + f * (1.0 - 0.5 * f)),
+                1.0 + f * f * (-2.5 + 1.5 * f),
+                f * (0.5 + f * (2.0 - 1.5 * f)),
+                f * f * (0.5 * f - 0.5),
+            ]
+        });
+        let (mut sum, mut total) = ([0.0; 4], 0.0);
+        for j in 0..4 {
+            for i in 0..4 {
+                let outer = |k: usize| k == 0 || k == 3;
+                if outer(i) && outer(j) {
+                    continue;
+                }
+                let weight = weights[0][i] * weights[1][j];
+                total += weight;
+                let [x, y] = [first[0] + i as f64 - 0.5, first[1] + j as f64 - 0.5];
+                let texel = self.history[self.at([x, y])];
+                (0..4).for_each(|c| sum[c] += weight * texel[c]);
+            }
+        }
+        sum.map(|x| x / total)
+    }
+}
+
+/// Luminance, two differences of colour, and coverage.
+fn to_luma([r, g, b, a]: [f64; 4]) -> [f64; 4] {
+    [
+        0.25 * r + 0.5 * g + 0.25 * b,
+        0.5 * (r - b),
+        0.5 * g - 0.25 * (r + b),
+        a,
+    ]
+}
+
+fn from_luma([x, y, z, a]: [f64; 4]) -> [f64; 4] {
+    [x + y - z, x + z, x - y - z, a]
+}
+
 /// The tone curve: the identity up to 0.8, then a shoulder that reaches 1 only in the limit.
 ///
 /// 0.8 + 0.2 (1 - e^(-(x - 0.8)/0.2)) continues the identity with the same slope.

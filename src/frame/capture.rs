@@ -33,6 +33,9 @@ pub enum Target {
     ViewDepth,
     /// Octahedral normal of the view.
     ViewNormal,
+    /// Where the surface of a pixel was in the live frame before, minus where it is, pixels; of a renderer that draws none
+    /// as [`Target::Radiance`].
+    Motion,
     /// Radiance of the last frame.
     Radiance,
     /// As [`Target::BackDepth`], where scattering is shaded at half size; else the same.
@@ -141,6 +144,13 @@ impl Renderer {
                 &gbuffer.back_normal,
                 Use::COLOR_WRITE.left_in(Use::COLOR_INPUT),
             ),
+            Target::Motion => match &self.live {
+                Some(live) => (&live.motion, Use::FRAGMENT_SAMPLE),
+                None => (radiance, Use::FRAGMENT_SAMPLE),
+            },
+            Target::ViewDepth if !exact && self.live.is_some() => {
+                (&gbuffer.depth, Use::FRAGMENT_SAMPLE_DEPTH)
+            }
             Target::ViewDepth if exact => (&gbuffer.depth, Use::COMPUTE_SAMPLE_DEPTH),
             Target::ViewDepth | Target::HalfViewDepth => {
                 (&gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT))
@@ -154,6 +164,7 @@ impl Renderer {
         let [width, height] = image.size();
         let bytes = match image.format() {
             vk::Format::R32G32B32A32_SFLOAT => 16,
+            vk::Format::R32G32_SFLOAT => 8,
             _ => 4,
         };
         let buffer = Buffer::new(
@@ -188,6 +199,10 @@ impl Renderer {
         let pair = |c: &[u8; 4]| [[c[0], c[1]], [c[2], c[3]]];
         let mut texels: Vec<[f32; 4]> = match image.format() {
             vk::Format::R32G32B32A32_SFLOAT => bytemuck::pod_collect_to_vec(data),
+            vk::Format::R32G32_SFLOAT => bytemuck::pod_collect_to_vec::<u8, [f32; 2]>(data)
+                .iter()
+                .map(|&[x, y]| [x, y, 0.0, 0.0])
+                .collect(),
             vk::Format::R16G16_SNORM => bytemuck::pod_collect_to_vec::<u8, [u8; 4]>(data)
                 .iter()
                 .map(|c| {

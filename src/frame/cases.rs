@@ -118,7 +118,7 @@ impl Session {
         rests: bool,
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<Frames>, Error> {
-        check_fit(options, plan, self.device.candidate())?;
+        check_fit(options, plan, self.device.candidate(), false)?;
         let setup = |shaders| Setup {
             measure: true,
             shaders,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::shade::{self, PartDesc};
-use super::{Renderer, SHADE_PASS, half_parts, parts, reduce, resolve, shaders};
+use super::{Renderer, SHADE_PASS, half_parts, history, parts, reduce, resolve, shaders};
 use crate::gpu::{self, Binding, Buffer, Device, Location, Shader, Use};
 use crate::ledger::{self, Counts, Filter, Stage};
 use crate::scene::{Multiple, Plan};
@@ -147,16 +147,55 @@ impl<'a> Build<'a> {
 /// The shaders that `plan` runs and that read textures, on a device that filters as `filter`, in the order of the
 /// frame. Of a split picture, those of both halves.
 pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
+    let mut stages = scene_stages(plan, filter, shaders);
+    // The last frame's encodes as well.
+    let averages = u32::from(plan.frames_averaged > 1);
+    stages.push(stage(
+        "resolve",
+        resolve::shader(true),
+        &[averages],
+        &[],
+        None,
+    ));
+    stages
+}
+
+/// The same of a frame of `plan` for live display.
+pub fn live_stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
+    let mut stages = scene_stages(plan, filter, shaders);
+    let constants = &history::CONSTANTS;
+    stages.push(stage(
+        "resolve",
+        history::shader(filter),
+        constants,
+        &[],
+        None,
+    ));
+    stages
+}
+
+fn stage(
+    pass: &'static str,
+    shader: &Shader,
+    constants: &[u32],
+    given: &[u64],
+    texels: Option<u32>,
+) -> Stage {
+    Stage {
+        pass,
+        shader: shader.name,
+        words: shader.words(),
+        constants: constants.to_vec(),
+        given: given.to_vec(),
+        texels,
+    }
+}
+
+/// Those up to radiance.
+fn scene_stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
     let mut stages = Vec::new();
     let mut add = |pass, shader: &Shader, constants: &[u32], given: &[u64], texels| {
-        stages.push(Stage {
-            pass,
-            shader: shader.name,
-            words: shader.words(),
-            constants: constants.to_vec(),
-            given: given.to_vec(),
-            texels,
-        });
+        stages.push(stage(pass, shader, constants, given, texels));
     };
     let frame = plan.light_frame();
     for method in plan.methods() {
@@ -226,9 +265,6 @@ pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
             );
         }
     }
-    // The last frame's encodes as well.
-    let history = u32::from(plan.frames_averaged > 1);
-    add("resolve", resolve::shader(true), &[history], &[], None);
     stages
 }
 

@@ -12,15 +12,21 @@ use crate::scene::{Mesh, Model};
 pub const VERTEX_STRIDE: u32 = 24;
 /// Byte offsets of the attributes, by shader location.
 pub const VERTEX_OFFSETS: [u32; 2] = [0, 12];
+/// The same of positions alone.
+pub const POSITION_OFFSETS: [u32; 1] = [0];
 
 /// Vertex and index buffers of a mesh, in mm relative to the scene's centre.
 ///
 /// Of a mesh that moves the vertices are those of the last instant that the deform pass has posed.
 pub struct Geometry {
     vertices: Buffer,
+    /// The vertices of the frame before, where the mesh moves and a history asks for them.
+    before: Option<Buffer>,
     indices: Buffer,
     /// First index and how many, of each shape.
     shapes: Vec<[u32; 2]>,
+    /// Of each shape, the first one of the same triangles, whose vertices are its own: that of the first shape, or itself.
+    kin: Vec<usize>,
     /// Which shape is drawn; a mesh that does not move has one.
     pub shape: usize,
     device: Arc<Device>,
@@ -100,13 +106,45 @@ impl Geometry {
             vk::BufferUsageFlags::INDEX_BUFFER,
             Use::VERTEX_INPUT,
         )?;
+        let first = meshes.first();
+        let alike = |mesh: &Mesh| first.is_some_and(|first| first.triangles == mesh.triangles);
+        let kin = (0..)
+            .zip(meshes)
+            .map(|(own, mesh)| if alike(mesh) { 0 } else { own });
         Ok(Geometry {
             vertices,
+            before: None,
             indices,
             shapes,
+            kin: kin.collect(),
             shape: 0,
             device: Arc::clone(device),
         })
+    }
+
+    /// Makes room for the vertices of the frame before.
+    pub fn keep_before(&mut self) -> gpu::Result<()> {
+        let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let size = self.vertices.size();
+        let before = Buffer::new(
+            &self.device,
+            "previous vertices",
+            size,
+            usage,
+            Location::Device,
+        )?;
+        self.before = Some(before);
+        Ok(())
+    }
+
+    /// The vertices of the frame before, if they are kept.
+    pub fn before(&self) -> Option<&Buffer> {
+        self.before.as_ref()
+    }
+
+    /// Whether vertex by vertex one shape is the other, in another pose or not.
+    pub fn same_vertices(&self, a: usize, b: usize) -> bool {
+        a == b || (self.kin.get(a).is_some() && self.kin.get(a) == self.kin.get(b))
     }
 
     /// The vertex buffer.
@@ -116,12 +154,23 @@ impl Geometry {
 
     /// Draws all triangles of the shape with the pipeline that is bound.
     pub fn draw(&self, commands: vk::CommandBuffer) {
+        self.draw_of(commands, &[self.vertices.raw]);
+    }
+
+    /// The same with a pipeline that also asks where each vertex was: where it is, unless it has `moved` since.
+    pub fn draw_moved(&self, commands: vk::CommandBuffer, moved: bool) {
+        let before = self.before.as_ref().filter(|_| moved);
+        let before = before.unwrap_or(&self.vertices);
+        self.draw_of(commands, &[self.vertices.raw, before.raw]);
+    }
+
+    fn draw_of(&self, commands: vk::CommandBuffer, buffers: &[vk::Buffer]) {
         let [first, count] = self.shapes.get(self.shape).copied().unwrap_or([0; 2]);
         let raw = &self.device.raw;
         // SAFETY: a pipeline with this vertex layout is bound inside its render pass;
         // every index was checked against the vertices when the mesh was loaded.
         unsafe {
-            raw.cmd_bind_vertex_buffers(commands, 0, &[self.vertices.raw], &[0]);
+            raw.cmd_bind_vertex_buffers(commands, 0, buffers, &[0; 2][..buffers.len()]);
             raw.cmd_bind_index_buffer(commands, self.indices.raw, 0, vk::IndexType::UINT32);
             raw.cmd_draw_indexed(commands, count, 1, first, 0, 0);
         }

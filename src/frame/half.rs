@@ -46,8 +46,8 @@ impl HalfPass {
     ) -> gpu::Result<Self> {
         let gbuffer = GBuffer::new(device, "half ", size)?;
         let radiance = targets::scattered(device, size)?;
-        let camera = view::render_pass(device, &gbuffer, &radiance, keep_gbuffer)?;
-        let view = ViewPass::new(device, &uniforms, &camera, solid)?;
+        let camera = view::render_pass(device, &gbuffer, &radiance, None, keep_gbuffer)?;
+        let view = ViewPass::new(device, &uniforms, &[], &camera, solid)?;
         let shade = ShadePass::new(
             device,
             &uniforms,

@@ -81,7 +81,7 @@ impl LightPass {
                     None => &shaders::LIGHT_FRAG,
                     Some(_) => &shaders::LIGHT_FRAG_FOURTH,
                 }),
-                vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
+                vertices: &[(VERTEX_STRIDE, &VERTEX_OFFSETS)],
                 // An open sheet is lit from both sides.
                 cull: match solid {
                     true => vk::CullModeFlags::BACK,

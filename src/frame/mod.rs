@@ -13,6 +13,7 @@ mod exact;
 mod fetches;
 mod geometry;
 mod half;
+mod history;
 mod light;
 pub mod measure;
 pub mod probe;
@@ -43,7 +44,7 @@ use glam::DVec3;
 pub use alone::{Reduced, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
-pub use fetches::{Shaders, stages};
+pub use fetches::{Shaders, live_stages, stages};
 pub use run::{
     Animator, Counted, DeviceInfo, Error, Options, Picture, count, devices, filter, open_device,
     render,
@@ -67,12 +68,13 @@ use exact::ExactPass;
 use fetches::{Build, COUNTING, Counters};
 use geometry::Geometry;
 use half::HalfPass;
+use history::HistoryPass;
 use light::LightPass;
 use reduce::ReducePass;
 use resolve::ResolvePass;
 use shade::{PartDesc, ShadePass};
 use targets::{Boxes, Canvas, GBuffer, Light, LightMap, Pyramid, PyramidDesc};
-use uniforms::{LevelTable, Uniforms, VolumeTable};
+use uniforms::{LevelTable, Reprojection, Uniforms, VolumeTable};
 use view::ViewPass;
 use volume::VolumePass;
 
@@ -184,6 +186,7 @@ pub struct Renderer {
     shade: ShadePass,
     exact: Option<ExactPass>,
     resolve: ResolvePass,
+    live: Option<Live>,
     map: LightMap,
     boxes: Option<Boxes>,
     volumes: Option<Light>,
@@ -217,8 +220,27 @@ pub struct Renderer {
     device: Arc<Device>,
 }
 
+/// What live display has besides, and what it remembers of the frame before.
+struct Live {
+    pass: HistoryPass,
+    motion: Image,
+    // Of each frame slot.
+    reprojections: Vec<Buffer>,
+    reproject: bool,
+    // Frames since the history began.
+    done: u32,
+    // What the frame before was seen by, without jitter, and which shape it drew; none where history begins.
+    before: Option<(View, usize)>,
+    // Whether the previous vertices are older than those of the frame before.
+    stale: bool,
+    // Whether the mesh of the frame that is recorded has previous vertices to be drawn with.
+    moved: bool,
+    // Whether the frame before was read: it is done, and mean and display image are as the copy left them.
+    read: bool,
+}
+
 /// What a renderer is asked for besides its plan.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// Whether the G-buffer is stored, so that [`Renderer::read`] can fetch it.
     pub keep_gbuffer: bool,
@@ -228,6 +250,24 @@ pub struct Setup {
     pub filter: Option<Filter>,
     /// Which build of the shaders runs.
     pub shaders: Shaders,
+    /// Whether it draws for live display, too: [`Renderer::draw_live`].
+    pub live: bool,
+    /// Whether the history of live frames follows what moves, as it should. Without it they go on from the same pixel,
+    /// whatever moves: for tests that compare.
+    pub reproject: bool,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Setup {
+            keep_gbuffer: false,
+            measure: false,
+            filter: None,
+            shaders: Shaders::Plain,
+            live: false,
+            reproject: true,
+        }
+    }
 }
 
 impl Renderer {
@@ -242,10 +282,18 @@ impl Renderer {
             measure,
             filter,
             shaders,
+            live,
+            reproject,
         } = setup;
         let filter = filter.unwrap_or_else(|| filter_of(device.candidate()));
         let counters = matches!(shaders, Shaders::Counting | Shaders::Stray)
-            .then(|| Counters::new(device, plan.size, &stages(plan, filter, shaders)))
+            .then(|| {
+                let stages = match live {
+                    true => live_stages(plan, filter, shaders),
+                    false => stages(plan, filter, shaders),
+                };
+                Counters::new(device, plan.size, &stages)
+            })
             .transpose()?;
         let build = match (&counters, shaders) {
             (None, Shaders::Floor) => Build::Floor,
@@ -279,13 +327,13 @@ impl Renderer {
                 Statistics::new(device, &format!("statistics {i}"), PASSES.len() as u32).transpose()
             })
             .collect::<gpu::Result<Vec<_>>>()?;
-        let uniforms_of = |prefix: &str| {
+        let blocks_of = |name: &str, size: usize| {
             let uniforms = (0..FRAMES_IN_FLIGHT).map(|i| {
-                let size = size_of::<Uniforms>() as u64;
+                let size = size as u64;
                 let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
                 Buffer::new(
                     device,
-                    &format!("{prefix}uniforms {i}"),
+                    &format!("{name} {i}"),
                     size,
                     usage,
                     Location::Upload,
@@ -293,8 +341,8 @@ impl Renderer {
             });
             uniforms.collect::<gpu::Result<Vec<_>>>()
         };
-        let uniforms = uniforms_of("")?;
-        let (geometry, deform) = match moving {
+        let uniforms = blocks_of("uniforms", size_of::<Uniforms>())?;
+        let (mut geometry, deform) = match moving {
             None => (Geometry::new(device, mesh, center)?, None),
             Some(motion) => {
                 let geometry = Geometry::moving(device, &motion.model)?;
@@ -302,6 +350,9 @@ impl Renderer {
                 (geometry, Some(deform))
             }
         };
+        if live && deform.is_some() {
+            geometry.keep_before()?;
+        }
         let map = LightMap::new(device, plan.light_map, pyramid.as_ref())?;
         let has_rings = plan.methods().any(|m| matches!(m, Multiple::Rings(_)));
         let boxes = has_rings
@@ -324,6 +375,13 @@ impl Renderer {
         let kept = taps.as_ref().map_or(0.0, Taps::kept);
         let gbuffer = GBuffer::new(device, "", plan.size)?;
         let canvas = Canvas::new(device, plan.size)?;
+        let motion = live
+            .then(|| targets::motion(device, plan.size))
+            .transpose()?;
+        let reprojections = match live {
+            true => blocks_of("reprojection", size_of::<Reprojection>())?,
+            false => Vec::new(),
+        };
         let readback = |name, bytes: u64| {
             let size = u64::from(plan.size[0]) * u64::from(plan.size[1]) * bytes;
             Buffer::new(
@@ -344,6 +402,7 @@ impl Renderer {
             device,
             &gbuffer,
             &canvas.radiance,
+            motion.as_ref(),
             keep_gbuffer || exact_columns.is_some(),
         )?;
         // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
@@ -379,7 +438,7 @@ impl Renderer {
                 let size = plan.size.map(|side| side.div_ceil(2));
                 HalfPass::new(
                     device,
-                    uniforms_of("half ")?,
+                    blocks_of("half uniforms", size_of::<Uniforms>())?,
                     size,
                     &map,
                     boxes.as_ref(),
@@ -392,7 +451,7 @@ impl Renderer {
                 )
             })
             .transpose()?;
-        let view = ViewPass::new(device, &uniforms, &camera, solid)?;
+        let view = ViewPass::new(device, &uniforms, &reprojections, &camera, solid)?;
         let shade = ShadePass::new(
             device,
             &uniforms,
@@ -413,8 +472,32 @@ impl Renderer {
                 ExactPass::new(device, &uniforms, &map, &gbuffer, &canvas, columns, build)
             })
             .transpose()?;
-        let resolve =
-            ResolvePass::new(device, &uniforms, &canvas, plan.frames_averaged > 1, build)?;
+        // Of a renderer for live display the live frames are counted.
+        let mean_build = if live { Build::Plain } else { build };
+        let averages = plan.frames_averaged > 1;
+        let resolve = ResolvePass::new(device, &uniforms, &canvas, averages, mean_build)?;
+        let live = match motion {
+            Some(motion) => Some(Live {
+                pass: HistoryPass::new(
+                    device,
+                    &uniforms,
+                    &canvas,
+                    &motion,
+                    &gbuffer.depth,
+                    filter,
+                    build,
+                )?,
+                motion,
+                reprojections,
+                reproject,
+                done: 0,
+                before: None,
+                stale: false,
+                moved: false,
+                read: true,
+            }),
+            None => None,
+        };
         Ok(Renderer {
             redraw_light: false,
             slots,
@@ -433,6 +516,7 @@ impl Renderer {
             shade,
             exact,
             resolve,
+            live,
             map,
             boxes,
             volumes,
@@ -512,6 +596,7 @@ impl Renderer {
         progress: &mut dyn FnMut(Progress),
     ) -> gpu::Result<Duration> {
         let (first, frames) = (range.start, range.end.saturating_sub(range.start));
+        self.leave_live()?;
         self.pass_totals = [0.0; PASSES.len()];
         (self.frames, self.light_draws, self.deforms) = (frames, 0, 0);
         let start = Instant::now();
@@ -524,7 +609,7 @@ impl Renderer {
             let mut commands = self.start(slot)?;
             self.posed &= !self.redraw_light;
             if self.poses(slot)? {
-                self.record_deform(commands, slot);
+                self.record_deform(commands, slot, [false, true]);
             }
             if self.draws_light(index) {
                 self.record_light(commands, slot);
@@ -557,6 +642,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::render`].
     pub fn render_pair(&mut self) -> gpu::Result<()> {
+        self.leave_live()?;
         for slot in 0..2 {
             self.collect(slot)?;
             self.write_uniforms(slot, slot as u32, slot as u32)?;
@@ -570,7 +656,7 @@ impl Renderer {
             // Both, so that the checker sees a mesh move while the frame before draws it.
             self.posed = false;
             if self.poses(slot)? {
-                self.record_deform(commands, slot);
+                self.record_deform(commands, slot, [false, true]);
             }
             if self.draws_light(slot as u32) {
                 self.record_light(commands, slot);
@@ -581,6 +667,111 @@ impl Renderer {
         self.record_readback(commands, 1, 1);
         self.slots[0].submit()?;
         self.slots[0].wait()
+    }
+
+    /// Draws one frame for live display, of the instant that was [shown](Renderer::show): jittered as frame `index` of an
+    /// average is, joined with a history of the frames before it, which follows what moves, and encoded. The frame after
+    /// [`Renderer::new`], [`Renderer::forget_history`] or [`Renderer::render`] has no history.
+    ///
+    /// It waits only for the frame before the last one. With `read` it waits for this one, and
+    /// [`Renderer::radiance`] and [`Renderer::display`] then are of it; [`Renderer::pass_times`] are of the frames since the
+    /// one that was read before.
+    ///
+    /// # Errors
+    /// [`gpu::Error::Unsupported`] of a renderer without [`Setup::live`], or as [`Renderer::render`].
+    pub fn draw_live(&mut self, index: u32, read: bool) -> gpu::Result<()> {
+        let done = self.begin_live()?;
+        let slot = self.frames as usize % FRAMES_IN_FLIGHT;
+        self.collect(slot)?;
+        self.frames += 1;
+        self.write_uniforms(slot, index, done)?;
+        let mut commands = self.start(slot)?;
+        self.record_live_scene(commands, slot, index)?;
+        if self.exact.is_some() {
+            commands = self.sum_exact(slot, 0, &mut |_| ())?;
+        }
+        self.record_history(commands, slot, done);
+        if read {
+            self.record_readback(commands, slot, done);
+        }
+        self.submit(slot)?;
+        self.end_live(read);
+        if read {
+            for slot in 0..FRAMES_IN_FLIGHT {
+                self.collect(slot)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws two frames for live display in one submit, for the same test as [`Renderer::render_pair`]: those of `moments`,
+    /// jittered as frames 0 and 1. Not for `exact`.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw_live`].
+    pub fn draw_live_pair(&mut self, moments: [&Moment; 2]) -> gpu::Result<()> {
+        for slot in 0..FRAMES_IN_FLIGHT {
+            self.collect(slot)?;
+        }
+        let commands = self.slots[0].begin()?;
+        for (slot, moment) in moments.into_iter().enumerate() {
+            self.show(moment);
+            let done = self.begin_live()?;
+            self.write_uniforms(slot, slot as u32, done)?;
+            self.stamps[slot].reset(commands);
+            if let Some(statistics) = self.statistics.get(slot) {
+                statistics.reset(commands);
+            }
+            self.record_live_scene(commands, slot, slot as u32)?;
+            self.record_history(commands, slot, done);
+            self.end_live(false);
+        }
+        self.slots[0].submit()?;
+        self.slots[0].wait()
+    }
+
+    /// Has the next live frame begin a new history: for a cut, after which nothing is where it was.
+    pub fn forget_history(&mut self) {
+        if let Some(live) = &mut self.live {
+            (live.done, live.before) = (0, None);
+        }
+    }
+
+    /// How many frames the history holds before the one that is to be drawn, whose times begin anew after one that was
+    /// read.
+    fn begin_live(&mut self) -> gpu::Result<u32> {
+        let Some(live) = &self.live else {
+            return Err(gpu::Error::Unsupported(
+                "this renderer was not made for live display".to_owned(),
+            ));
+        };
+        if live.read {
+            self.pass_totals = [0.0; PASSES.len()];
+            (self.frames, self.light_draws, self.deforms) = (0, 0, 0);
+        }
+        Ok(live.done)
+    }
+
+    /// What the next live frame must know of the one that was recorded.
+    fn end_live(&mut self, read: bool) {
+        let before = (self.view(0), self.geometry.shape);
+        if let Some(live) = &mut self.live {
+            live.done = live.done.saturating_add(1);
+            (live.before, live.read) = (Some(before), read);
+        }
+    }
+
+    /// Before the plan's frames are averaged: no live frame is in flight, and their history goes.
+    fn leave_live(&mut self) -> gpu::Result<()> {
+        self.forget_history();
+        let in_flight = match &mut self.live {
+            Some(live) => !std::mem::replace(&mut live.read, true),
+            None => false,
+        };
+        for slot in (0..FRAMES_IN_FLIGHT).filter(|_| in_flight) {
+            self.collect(slot)?;
+        }
+        Ok(())
     }
 
     /// Fills the uniforms of a slot that the device is done with: frame `index`, the one after
@@ -603,6 +794,14 @@ impl Renderer {
             )
         };
         let (full, half_view) = (of(&view), view.halved(self.plan.size).0);
+        // Jitter is no motion.
+        let steady = self.view(0);
+        if let Some(live) = &mut self.live {
+            let before = live.before.as_ref().filter(|_| live.reproject);
+            let before = before.map_or(&steady, |(view, _)| view);
+            let block = Reprojection::new(self.plan.size, &steady, before);
+            live.reprojections[slot].write(bytemuck::bytes_of(&block))?;
+        }
         if self.half.is_some() {
             let uniforms = of(&half_view);
             if let Some(half) = &mut self.half {
@@ -623,18 +822,71 @@ impl Renderer {
         }
         deform.write(slot, pose, self.center)?;
         self.deforms += 1;
+        if let Some(live) = &mut self.live {
+            live.stale = true;
+        }
         self.geometry.shape = pose.shape;
         Ok(true)
     }
 
-    /// deform: the vertices of this instant.
+    /// A live frame, from the vertices up to radiance; what it draws must have been written for `slot`.
+    fn record_live_scene(
+        &mut self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        index: u32,
+    ) -> gpu::Result<()> {
+        let live = self.live.as_mut();
+        let stale = live.is_some_and(|live| std::mem::take(&mut live.stale));
+        let poses = self.poses(slot)?;
+        if self.deform.is_some() && (stale || poses) {
+            self.record_deform(commands, slot, [stale, poses]);
+        }
+        let (geometry, deforms) = (&self.geometry, self.deform.is_some());
+        if let Some(live) = &mut self.live {
+            let before = live.before.as_ref();
+            let same = before.is_some_and(|&(_, was)| geometry.same_vertices(was, geometry.shape));
+            live.moved = deforms && same && live.reproject;
+        }
+        if self.draws_light(index) {
+            self.record_light(commands, slot);
+        }
+        self.record_scene(commands, slot);
+        Ok(())
+    }
+
+    /// deform: if it `keeps` them, the vertices of the frame before are copied, for their motion; and if it `poses`, those
+    /// of this instant are made.
     #[rustfmt::skip] // A barrier is read as a sentence.
-    fn record_deform(&self, commands: vk::CommandBuffer, slot: usize) {
+    fn record_deform(&self, commands: vk::CommandBuffer, slot: usize, [keeps, poses]: [bool; 2]) {
         let (device, vertices) = (&*self.device, self.geometry.vertices());
         let Some(deform) = &self.deform else { return };
+        // A live frame may also have copied them, and not posed them itself.
+        let mut drawn = Use::VERTEX_INPUT.and(Use::COMPUTE_STORAGE);
+        if self.geometry.before().is_some() {
+            drawn = drawn.and(Use::COPY_SOURCE);
+        }
+        if let Some(before) = self.geometry.before().filter(|_| keeps) {
+            barrier::buffer(
+                device, commands, c"WAR: the previous frame draws with the vertices before its own",
+                before, Use::VERTEX_INPUT, Use::COPY_TARGET,
+            );
+            barrier::buffer(
+                device, commands, c"RAW: the copy reads the vertices that the previous frame has made",
+                vertices, Use::COMPUTE_STORAGE, Use::COPY_SOURCE,
+            );
+            submit::record_buffer_copy(device, commands, vertices, before);
+            barrier::buffer(
+                device, commands, c"RAW: view draws with the vertices before",
+                before, Use::COPY_TARGET, Use::VERTEX_INPUT,
+            );
+        }
+        if !poses {
+            return;
+        }
         barrier::buffer(
             device, commands, c"WAR, WAW: the previous frame draws the vertices that its own deform has written",
-            vertices, Use::VERTEX_INPUT.and(Use::COMPUTE_STORAGE), Use::COMPUTE_STORAGE,
+            vertices, drawn, Use::COMPUTE_STORAGE,
         );
         self.begin(commands, slot, DEFORM);
         deform.record(commands, slot, self.geometry.shape);
@@ -747,6 +999,10 @@ impl Renderer {
             depth_read = depth_read.and(Use::COMPUTE_SAMPLE_DEPTH);
             normal_read = normal_read.and(Use::COMPUTE_SAMPLE);
         }
+        // And the history of live display.
+        if self.live.is_some() {
+            depth_read = depth_read.and(Use::FRAGMENT_SAMPLE_DEPTH);
+        }
 
         // half: the same three subpasses at half size, where both terms of scattering are shaded.
         if let Some(half) = &self.half {
@@ -799,8 +1055,28 @@ impl Renderer {
             device, commands, c"WAR: the previous frame resolves the radiance",
             &canvas.radiance, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
         );
+        if let Some(live) = &self.live {
+            barrier::image(
+                device, commands, c"WAR: the previous frame follows the motion",
+                &live.motion, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
+            );
+        }
         let back = self.marches || self.keep_gbuffer;
         self.record_camera(commands, slot, CAMERAS[1], (&self.camera, &self.view, &self.shade), back);
+        let mut depth_next = Use::COMPUTE_SAMPLE_DEPTH;
+        if let Some(live) = &self.live {
+            barrier::image(
+                device, commands, c"RAW: the history follows the motion",
+                &live.motion, Use::COLOR_WRITE, Use::FRAGMENT_SAMPLE,
+            );
+            depth_next = depth_next.and(Use::FRAGMENT_SAMPLE_DEPTH);
+        }
+        if self.exact.is_none() && self.live.is_some() {
+            barrier::image(
+                device, commands, c"RAW: the history looks for the nearest surface",
+                &gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT), Use::FRAGMENT_SAMPLE_DEPTH,
+            );
+        }
         if self.exact.is_none() {
             barrier::image(
                 device, commands, c"RAW: resolve samples the radiance",
@@ -812,8 +1088,8 @@ impl Renderer {
                 &canvas.radiance, Use::COLOR_WRITE, Use::COMPUTE_STORAGE,
             );
             barrier::image(
-                device, commands, c"RAW: exact reads the view depth",
-                &gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT), Use::COMPUTE_SAMPLE_DEPTH,
+                device, commands, c"RAW: exact, and a history, read the view depth",
+                &gbuffer.depth, Use::DEPTH_WRITE.left_in(Use::DEPTH_INPUT), depth_next,
             );
             barrier::image(
                 device, commands, c"RAW: exact reads the normals",
@@ -832,6 +1108,7 @@ impl Renderer {
         (camera, geometry, shading): (&RenderPass, &ViewPass, &ShadePass),
         draws_back: bool,
     ) {
+        let moved = self.live.as_ref().is_some_and(|live| live.moved);
         camera.begin(commands, &view::clear_values());
         if draws_back {
             self.begin(commands, slot, back);
@@ -840,7 +1117,7 @@ impl Renderer {
         }
         camera.next(commands);
         self.begin(commands, slot, view);
-        geometry.record(commands, slot, &self.geometry);
+        geometry.record(commands, slot, &self.geometry, moved);
         self.end(commands, slot, view);
         camera.next(commands);
         self.begin(commands, slot, shade);
@@ -930,6 +1207,33 @@ impl Renderer {
         }
         self.begin(commands, slot, RESOLVE);
         self.resolve.record(commands, slot, mean_of(done), last);
+        self.end(commands, slot, RESOLVE);
+    }
+
+    /// resolve, for live display: the frame joined with the history after `done` others, and its encoding.
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    fn record_history(&self, commands: vk::CommandBuffer, slot: usize, done: u32) {
+        let canvas = &self.canvas;
+        let Some(live) = &self.live else { return };
+        let (old, new) = (&canvas.means[mean_of(done + 1)], &canvas.means[mean_of(done)]);
+        // One that begins anew finds both images as whatever frame was last has left them.
+        let any = Use::COLOR_WRITE.and(Use::FRAGMENT_SAMPLE).and(Use::COPY_SOURCE).discarding();
+        let written = if live.read { Use::COPY_SOURCE } else { Use::COLOR_WRITE };
+        let [written, sampled] = if done == 0 { [any; 2] } else { [written, Use::FRAGMENT_SAMPLE.discarding()] };
+        barrier::image(
+            &self.device, commands, c"RAW: history goes on from the previous frame",
+            old, written, Use::FRAGMENT_SAMPLE,
+        );
+        barrier::image(
+            &self.device, commands, c"WAR: the previous frame goes on from the history before it",
+            new, sampled, Use::COLOR_WRITE,
+        );
+        barrier::image(
+            &self.device, commands, c"WAW, WAR: the previous frame encodes the display image, and it may have been copied",
+            &canvas.display, Use::COLOR_WRITE.and(Use::COPY_SOURCE).discarding(), Use::COLOR_WRITE,
+        );
+        self.begin(commands, slot, RESOLVE);
+        live.pass.record(commands, slot, mean_of(done));
         self.end(commands, slot, RESOLVE);
     }
 

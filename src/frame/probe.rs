@@ -206,7 +206,7 @@ impl Kind {
             let desc = GraphicsDesc {
                 vertex: &shaders::SHADE_VERT,
                 fragment: Some(shader),
-                vertices: None,
+                vertices: &[],
                 cull: vk::CullModeFlags::NONE,
                 front: vk::FrontFace::COUNTER_CLOCKWISE,
                 depth: (vk::CompareOp::ALWAYS, false),

@@ -70,7 +70,7 @@ impl ResolvePass {
             let desc = GraphicsDesc {
                 vertex: &shaders::SHADE_VERT,
                 fragment: Some(&shader(encode)),
-                vertices: None,
+                vertices: &[],
                 cull: vk::CullModeFlags::NONE,
                 front: vk::FrontFace::COUNTER_CLOCKWISE,
                 depth: (vk::CompareOp::ALWAYS, false),

@@ -1,12 +1,12 @@
 //! From a plan to a picture: opens a device, renders, reports.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ash::vk;
 
 use super::deform::DeformPass;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, VERTEX_STRIDE};
 use super::{PassTime, Progress, Renderer, Setup, Shaders};
 use crate::gpu::{self, Candidate, Device, Instance};
 use crate::ledger::{self, Filter, Ledger};
@@ -211,7 +211,7 @@ pub fn render(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Picture, Error> {
     let device = open_device(options)?;
-    check_fit(options, plan, device.candidate())?;
+    check_fit(options, plan, device.candidate(), false)?;
     let mut renderer = Renderer::new(
         &device,
         plan,
@@ -237,6 +237,11 @@ pub fn render(
 /// What `renderer` has drawn of `plan`, in `wall` a frame.
 fn picture(plan: &Plan, renderer: &Renderer, wall: Duration) -> Result<Picture, Error> {
     let device = &renderer.device;
+    let filter = super::filter_of(device.candidate());
+    let declared = match renderer.live {
+        Some(_) => ledger::declared_live(plan, filter),
+        None => ledger::declared(plan, filter),
+    };
     let radiance = renderer.radiance()?;
     if let Some(at) = radiance
         .iter()
@@ -257,7 +262,7 @@ fn picture(plan: &Plan, renderer: &Renderer, wall: Duration) -> Result<Picture, 
         driver: device.candidate().driver.clone(),
         passes: renderer.pass_times(),
         wall_milliseconds: wall.as_secs_f64() * 1e3,
-        fetches: ledger::declared(plan, super::filter_of(device.candidate()))
+        fetches: declared
             .into_iter()
             .map(|f| {
                 (
@@ -277,18 +282,32 @@ pub struct Animator {
     renderer: Renderer,
     plan: Plan,
     motion: Arc<Motion>,
+    live: bool,
+    // The jitter of the next live frame.
+    index: u32,
 }
 
+/// Live frames drawn before the first one that is asked for. A tenth of a picture is new in each, so that less than a
+/// fifth of one is older.
+const LEAD: u32 = 16;
+
 impl Animator {
-    /// Prepares `plan`, in which `motion` moves: every image, buffer and pipeline.
+    /// Prepares `plan`, in which `motion` moves: every image, buffer and pipeline. If it is to be `live`, each frame is drawn
+    /// once, and joined with those drawn before it.
     ///
     /// # Errors
     /// As [`render`].
-    pub fn new(options: &Options, plan: &Plan, motion: &Arc<Motion>) -> Result<Animator, Error> {
+    pub fn new(
+        options: &Options,
+        plan: &Plan,
+        motion: &Arc<Motion>,
+        live: bool,
+    ) -> Result<Animator, Error> {
         let device = open_device(options)?;
-        check_fit(options, plan, device.candidate())?;
+        check_fit(options, plan, device.candidate(), live)?;
         let setup = Setup {
             measure: options.measure,
+            live,
             ..Setup::default()
         };
         let renderer = Renderer::new(&device, plan, &setup)?;
@@ -298,11 +317,14 @@ impl Animator {
             renderer,
             plan: plan.clone(),
             motion: Arc::clone(motion),
+            live,
+            index: 0,
         })
     }
 
     /// Draws frame `number`: as many jittered frames of that instant as the plan averages. What was drawn before plays no
-    /// part.
+    /// part. If it is live, it draws the instant once, and goes on from the frame drawn before; the first one goes on
+    /// from the 16 of the loop that lead up to it.
     ///
     /// # Errors
     /// As [`render`].
@@ -311,11 +333,35 @@ impl Animator {
         number: u32,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Picture, Error> {
+        let wall = if self.live {
+            if self.index == 0 {
+                // Of a loop that is shorter it draws some again.
+                let first = u64::from(number) + u64::from(LEAD) * u64::from(self.motion.frames);
+                for before in (1..=u64::from(LEAD)).rev() {
+                    let number = (first - before) % u64::from(self.motion.frames);
+                    self.draw_live(number as u32, before == 1)?;
+                }
+            }
+            self.draw_live(number, true)?
+        } else {
+            self.show(number);
+            self.renderer.render(progress)?
+        };
+        picture(&self.plan, &self.renderer, wall)
+    }
+
+    fn show(&mut self, number: u32) {
         let time = self.motion.time(number);
         let moment = self.motion.moment(time, self.plan.light_map);
         self.renderer.show(&moment);
-        let wall = self.renderer.render(progress)?;
-        picture(&self.plan, &self.renderer, wall)
+    }
+
+    fn draw_live(&mut self, number: u32, read: bool) -> Result<Duration, Error> {
+        self.show(number);
+        let start = Instant::now();
+        self.renderer.draw_live(self.index, read)?;
+        self.index = self.index.wrapping_add(1);
+        Ok(start.elapsed())
     }
 }
 
@@ -343,7 +389,7 @@ pub fn count(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Counted, Error> {
     let device = open_device(options)?;
-    check_fit(options, plan, device.candidate())?;
+    check_fit(options, plan, device.candidate(), false)?;
     let shaders = Shaders::Counting;
     let setup = Setup {
         shaders,
@@ -368,6 +414,7 @@ pub(super) fn check_fit(
     options: &Options,
     plan: &Plan,
     candidate: &Candidate,
+    live: bool,
 ) -> Result<(), Error> {
     let limits = &candidate.limits;
     let limit = limits
@@ -405,6 +452,10 @@ pub(super) fn check_fit(
     // boxes a third of 16, and the atlas of the mixture, twice the map at most in either image of 16
     // bytes and of 4.
     let mut images = pixels * 88 + texels * 20;
+    if live {
+        // Motion.
+        images += pixels * 8;
+    }
     if plan.scattering == Scattering::Half {
         // A G-buffer of 16 bytes and radiance of 16 in a quarter of the pixels.
         let [width, height] = plan.size.map(|side| u64::from(side.div_ceil(2)));
@@ -445,7 +496,14 @@ pub(super) fn check_fit(
         }
     }
     let mesh = match moving {
-        Some(motion) => Geometry::moving_bytes(&motion.model) + DeformPass::bytes(&motion.model),
+        Some(motion) => {
+            let before = if live {
+                u64::from(VERTEX_STRIDE) * vertices as u64
+            } else {
+                0
+            };
+            Geometry::moving_bytes(&motion.model) + DeformPass::bytes(&motion.model) + before
+        }
         None => Geometry::bytes(&plan.scene.mesh),
     };
     let memory = options

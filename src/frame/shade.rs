@@ -160,7 +160,7 @@ impl ShadePass {
                 let desc = GraphicsDesc {
                     vertex: &shaders::SHADE_VERT,
                     fragment: Some(&shader),
-                    vertices: None,
+                    vertices: &[],
                     cull: vk::CullModeFlags::NONE,
                     front: vk::FrontFace::COUNTER_CLOCKWISE,
                     // The triangle lies at the far plane: it passes where something is nearer.

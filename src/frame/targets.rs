@@ -265,6 +265,20 @@ impl GBuffer {
     }
 }
 
+/// RG32F motion: where the surface of a pixel was in the frame before, minus where it is, pixels; 0 where there is none.
+/// Half floats would be a quarter of a pixel off beyond 512 pixels, as things move in pictures 16384 wide.
+pub fn motion(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Image> {
+    Image::new(
+        device,
+        "motion",
+        ImageDesc {
+            size,
+            format: Format::R32G32_SFLOAT,
+            usage: U::COLOR_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC,
+        },
+    )
+}
+
 /// The picture on its way out.
 pub struct Canvas {
     /// RGBA32F linear radiance of one frame, premultiplied by coverage.

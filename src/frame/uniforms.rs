@@ -97,6 +97,30 @@ fn rings(dipoles: &[Dipole; 3], light: &LightFrame, irradiance: DVec3) -> [[f32;
     })
 }
 
+/// The block `Before` of `motion.glsl`: what a pixel's motion is made of.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Reprojection {
+    /// Scene to clip space of the camera, without jitter, by columns.
+    pub now: [f32; 16],
+    /// The same of the frame before.
+    pub before: [f32; 16],
+    /// Columns and rows of the picture.
+    pub picture: [f32; 4],
+}
+
+impl Reprojection {
+    /// Of a picture of `size` pixels, seen by `now` and by `before` in the frame before; neither is jittered.
+    pub fn new(size: [u32; 2], now: &View, before: &View) -> Self {
+        let [width, height] = size.map(|side| side as f32);
+        Reprojection {
+            now: now.view_proj.as_mat4().to_cols_array(),
+            before: before.view_proj.as_mat4().to_cols_array(),
+            picture: [width, height, 0.0, 0.0],
+        }
+    }
+}
+
 /// The levels that the mixture taps, `level_weights` and `level_places` of `shared.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]

@@ -1,12 +1,13 @@
 //! The view pass: the G-buffer, as the first two subpasses of the render pass that shades.
 //!
-//! Shaders `view.vert`, `view.frag`; CPU twin [`crate::cpu::view`].
+//! Shaders `view.vert`, `view.frag`; CPU twin [`crate::cpu::view`]. For live display the second subpass also writes
+//! motion.
 
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::geometry::{Geometry, VERTEX_OFFSETS, VERTEX_STRIDE};
+use super::geometry::{Geometry, POSITION_OFFSETS, VERTEX_OFFSETS, VERTEX_STRIDE};
 use super::shaders;
 use super::targets::GBuffer;
 use crate::gpu::{
@@ -18,15 +19,19 @@ use crate::gpu::{
 const BACK: u32 = 0;
 /// Subpass that draws depth and normal.
 const VIEW: u32 = 1;
+/// The attachment of motion, where there is one.
+const MOTION: u32 = 5;
 /// Subpass that shades.
 pub const SHADE: u32 = 2;
 
 /// The render pass of the camera: back faces, G-buffer and shading, one subpass each, so
-/// that the G-buffer need never leave the tile.
+/// that the G-buffer need never leave the tile. With an image for `motion`, depth and motion are kept for what joins
+/// frames.
 pub fn render_pass(
     device: &Arc<Device>,
     gbuffer: &GBuffer,
     radiance: &Image,
+    motion: Option<&Image>,
     keep_gbuffer: bool,
 ) -> gpu::Result<RenderPass> {
     const ATTACH_DEPTH: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
@@ -39,6 +44,10 @@ pub fn render_pass(
     } else {
         vk::AttachmentStoreOp::DONT_CARE
     };
+    let store_depth = match motion {
+        Some(_) => vk::AttachmentStoreOp::STORE,
+        None => store_gbuffer,
+    };
     let attachment = |image: &gpu::Image, store, before, after| {
         vk::AttachmentDescription::default()
             .format(image.format())
@@ -50,7 +59,7 @@ pub fn render_pass(
             .initial_layout(before)
             .final_layout(after)
     };
-    let attachments = [
+    let mut attachments = vec![
         attachment(&gbuffer.back, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
         attachment(
             &gbuffer.back_normal,
@@ -58,7 +67,7 @@ pub fn render_pass(
             ATTACH_COLOR,
             READ_COLOR,
         ),
-        attachment(&gbuffer.depth, store_gbuffer, ATTACH_DEPTH, READ_DEPTH),
+        attachment(&gbuffer.depth, store_depth, ATTACH_DEPTH, READ_DEPTH),
         attachment(&gbuffer.normal, store_gbuffer, ATTACH_COLOR, READ_COLOR),
         attachment(
             radiance,
@@ -67,12 +76,24 @@ pub fn render_pass(
             ATTACH_COLOR,
         ),
     ];
+    attachments.extend(motion.map(|motion| {
+        attachment(
+            motion,
+            vk::AttachmentStoreOp::STORE,
+            ATTACH_COLOR,
+            ATTACH_COLOR,
+        )
+    }));
     let refer = |attachment, layout| vk::AttachmentReference { attachment, layout };
     let back = refer(0, ATTACH_DEPTH);
     let back_normal = [refer(1, ATTACH_COLOR)];
     let depth = refer(2, ATTACH_DEPTH);
     let depth_again = refer(2, READ_DEPTH);
-    let normal = [refer(3, ATTACH_COLOR)];
+    let normal_and_motion = [refer(3, ATTACH_COLOR), refer(MOTION, ATTACH_COLOR)];
+    let (normal, kept): (_, &[u32]) = match motion {
+        Some(_) => (&normal_and_motion[..], &[MOTION]),
+        None => (&normal_and_motion[..1], &[]),
+    };
     let shaded = [refer(4, ATTACH_COLOR)];
     // In the order of shade.frag's input_attachment_index.
     let inputs = [
@@ -88,13 +109,14 @@ pub fn render_pass(
             .color_attachments(&back_normal)
             .depth_stencil_attachment(&back),
         graphics
-            .color_attachments(&normal)
+            .color_attachments(normal)
             .depth_stencil_attachment(&depth)
             .preserve_attachments(&[0, 1]),
         graphics
             .color_attachments(&shaded)
             .depth_stencil_attachment(&depth_again)
-            .input_attachments(&inputs),
+            .input_attachments(&inputs)
+            .preserve_attachments(kept),
     ];
 
     use vk::{AccessFlags as A, PipelineStageFlags as S};
@@ -126,18 +148,20 @@ pub fn render_pass(
         .attachments(&attachments)
         .subpasses(&subpasses)
         .dependencies(&dependencies);
-    let images = [
+    let mut images = vec![
         &gbuffer.back,
         &gbuffer.back_normal,
         &gbuffer.depth,
         &gbuffer.normal,
         radiance,
     ];
+    images.extend(motion);
     RenderPass::new(device, "view and shade", &info, &images)
 }
 
-/// What the attachments are cleared to, in their order: no surface, no radiance.
-pub fn clear_values() -> [vk::ClearValue; 5] {
+/// What the attachments are cleared to, in their order: no surface, no radiance, and no motion, which is for a pass that
+/// has it.
+pub fn clear_values() -> [vk::ClearValue; 6] {
     let far = vk::ClearValue {
         depth_stencil: vk::ClearDepthStencilValue {
             depth: 1.0,
@@ -147,7 +171,7 @@ pub fn clear_values() -> [vk::ClearValue; 5] {
     let zero = vk::ClearValue {
         color: vk::ClearColorValue { float32: [0.0; 4] },
     };
-    [far, zero, far, zero, zero]
+    [far, zero, far, zero, zero, zero]
 }
 
 /// The draws of the first two subpasses.
@@ -155,24 +179,31 @@ pub struct ViewPass {
     sets: DescriptorSets,
     back: GraphicsPipeline,
     front: GraphicsPipeline,
+    moves: bool,
 }
 
 impl ViewPass {
     /// Prepares the draws for `pass`, with one uniform buffer a frame slot, of a mesh that is
-    /// [solid](crate::scene::Mesh::is_solid_from) or not.
+    /// [solid](crate::scene::Mesh::is_solid_from) or not. `before`, empty or one a frame slot too, holds what motion
+    /// is made of, and `pass` then has an image for it.
     pub fn new(
         device: &Arc<Device>,
         uniforms: &[Buffer],
+        before: &[Buffer],
         pass: &RenderPass,
         solid: bool,
     ) -> gpu::Result<Self> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let bindings: Vec<_> = uniforms.iter().map(|u| vec![Binding::Uniform(u)]).collect();
+        let mut bindings: Vec<_> = uniforms.iter().map(|u| vec![Binding::Uniform(u)]).collect();
+        for (set, before) in bindings.iter_mut().zip(before) {
+            set.push(Binding::Uniform(before));
+        }
+        let moves = !before.is_empty();
         let sets = DescriptorSets::new(device, "view", stages, &bindings)?;
         let front = GraphicsDesc {
             vertex: &shaders::VIEW_VERT,
             fragment: Some(&shaders::VIEW_FRAG),
-            vertices: Some((VERTEX_STRIDE, &VERTEX_OFFSETS)),
+            vertices: &[(VERTEX_STRIDE, &VERTEX_OFFSETS)],
             // An open sheet is seen from both sides. A solid's back face is seen only at a silhouette, where the
             // grid that vertices are snapped to may bring it before the front face that it meets there: a
             // pixel as dark as the far side.
@@ -192,9 +223,22 @@ impl ViewPass {
             subpass: BACK,
             ..front
         };
+        // Depths are equal: positions are made by the same arithmetic, which view.vert holds invariant.
+        let with_motion = GraphicsDesc {
+            vertex: &shaders::VIEW_VERT_MOTION,
+            fragment: Some(&shaders::VIEW_FRAG_MOTION),
+            vertices: &[
+                (VERTEX_STRIDE, &VERTEX_OFFSETS),
+                (VERTEX_STRIDE, &POSITION_OFFSETS),
+            ],
+            colors: 2,
+            ..front
+        };
+        let front = if moves { with_motion } else { front };
         Ok(ViewPass {
             back: GraphicsPipeline::new(device, &back, pass, &sets)?,
             front: GraphicsPipeline::new(device, &front, pass, &sets)?,
+            moves,
             sets,
         })
     }
@@ -205,9 +249,19 @@ impl ViewPass {
         geometry.draw(commands);
     }
 
-    /// Draws depth and normal, in the second subpass.
-    pub fn record(&self, commands: vk::CommandBuffer, slot: usize, geometry: &Geometry) {
+    /// Draws depth and normal, in the second subpass, and motion where it is asked for: with that of a mesh that has
+    /// `moved` since the frame before, or of the camera alone.
+    pub fn record(
+        &self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        geometry: &Geometry,
+        moved: bool,
+    ) {
         self.front.bind(commands, &self.sets, slot);
-        geometry.draw(commands);
+        match self.moves {
+            true => geometry.draw_moved(commands, moved),
+            false => geometry.draw(commands),
+        }
     }
 }

@@ -373,8 +373,9 @@ pub struct GraphicsDesc<'a> {
     pub vertex: &'a Shader,
     /// Fragment shader; none where only depth is written.
     pub fragment: Option<&'a Shader>,
-    /// Bytes per vertex and the byte offsets of its vec3 attributes, by location; none for a full-screen triangle.
-    pub vertices: Option<(u32, &'a [u32])>,
+    /// Of each vertex buffer, bytes per vertex and the byte offsets of its vec3 attributes, whose locations go on from
+    /// those of the buffer before; none for a full-screen triangle.
+    pub vertices: &'a [(u32, &'a [u32])],
     /// Which faces are dropped.
     pub cull: vk::CullModeFlags,
     /// Which winding is the front.
@@ -428,27 +429,35 @@ impl GraphicsPipeline {
                 .map(|f| f.stage().specialization_info(&values)),
         );
 
-        let (stride, offsets) = desc.vertices.unwrap_or((0, &[]));
-        let bindings = [vk::VertexInputBindingDescription {
-            binding: 0,
-            stride,
-            input_rate: vk::VertexInputRate::VERTEX,
-        }];
+        let bindings: Vec<_> = (0..)
+            .zip(desc.vertices)
+            .map(
+                |(binding, &(stride, _))| vk::VertexInputBindingDescription {
+                    binding,
+                    stride,
+                    input_rate: vk::VertexInputRate::VERTEX,
+                },
+            )
+            .collect();
+        let offsets = (0..)
+            .zip(desc.vertices)
+            .flat_map(|(binding, (_, offsets))| {
+                offsets.iter().map(move |offset| (binding, offset))
+            });
         let attributes: Vec<_> = (0..)
             .zip(offsets)
-            .map(|(location, &offset)| vk::VertexInputAttributeDescription {
-                location,
-                binding: 0,
-                format: vk::Format::R32G32B32_SFLOAT,
-                offset,
-            })
+            .map(
+                |(location, (binding, &offset))| vk::VertexInputAttributeDescription {
+                    location,
+                    binding,
+                    format: vk::Format::R32G32B32_SFLOAT,
+                    offset,
+                },
+            )
             .collect();
-        let mut vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        if desc.vertices.is_some() {
-            vertex_input = vertex_input
-                .vertex_binding_descriptions(&bindings)
-                .vertex_attribute_descriptions(&attributes);
-        }
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&bindings)
+            .vertex_attribute_descriptions(&attributes);
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
             .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default()

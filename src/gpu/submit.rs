@@ -345,9 +345,8 @@ pub fn record_level_readback(
     );
 }
 
-/// Records the copy of all of `from`, which was made visible to it, to `to`, which is as large, and makes it visible to
-/// the host.
-pub fn record_buffer_readback(
+/// Records the copy of all of `from`, which was made visible to it, to `to`, which is as large.
+pub fn record_buffer_copy(
     device: &Device,
     commands: vk::CommandBuffer,
     from: &Buffer,
@@ -364,6 +363,16 @@ pub fn record_buffer_readback(
             .raw
             .cmd_copy_buffer(commands, from.raw, to.raw, &region);
     }
+}
+
+/// As [`record_buffer_copy`], and makes it visible to the host.
+pub fn record_buffer_readback(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    from: &Buffer,
+    to: &Buffer,
+) {
+    record_buffer_copy(device, commands, from, to);
     barrier::buffer(
         device,
         commands,

@@ -31,6 +31,9 @@ pub const HALF_SHADE: &str = "half shade";
 /// Pixels of the picture that one of its pixels is shaded for.
 pub const HALF_SHARE: u32 = 4;
 
+/// Bilinear taps of history that live display takes.
+const HISTORY_TAPS: u32 = 5;
+
 /// Reads per texel that halving writes: an invocation makes 2x2 texels of 6x6.
 const HALVE_LOADS: u32 = 9;
 /// Reads per texel that smoothing writes: an invocation makes 4x4 texels of 12x12.
@@ -105,6 +108,36 @@ pub fn declared(plan: &Plan, filter: Filter) -> Vec<Declared> {
         }
         None => own,
     }
+}
+
+/// What a frame of `plan` for live display declares: the same, but for how it resolves.
+pub fn declared_live(plan: &Plan, filter: Filter) -> Vec<Declared> {
+    let mut lines = declared(plan, filter);
+    lines.retain(|line| line.pass != "resolve");
+    for (texture, what, per_pixel) in [
+        ("radiance", "radiance of 3x3 pixels, nearest", 9),
+        (
+            "view_depth",
+            "its own depth, and beside a silhouette its neighbours'",
+            9,
+        ),
+        ("motion", "motion, nearest", 1),
+        (
+            "mean",
+            "history, five bilinear taps",
+            HISTORY_TAPS * filter.fetches(),
+        ),
+    ] {
+        lines.push(Declared {
+            pass: "resolve",
+            shader: "resolve.frag",
+            term: "other",
+            texture,
+            what,
+            per_pixel,
+        });
+    }
+    lines
 }
 
 /// Fetches per pixel of the picture over all passes, inputs and reductions left out.
