@@ -91,7 +91,9 @@ vec4 joined(vec2 pixel, ivec2 size, vec4 value) {
     // Lest one bad number stay for ever.
     if (any(isnan(old)) || any(isinf(old))) return value;
 
-    vec4 kept = clamp(old, own + off - REACH * deviation, own + off + REACH * deviation);
+    // What the pixel itself shows is never out of reach: beside a silhouette history must be free to fall to nothing.
+    vec4 reach = REACH * deviation;
+    vec4 kept = clamp(old, own + min(off - reach, 0.0), own + max(off + reach, 0.0));
     // Where coverage or luminance lies far beyond, history is of another surface.
     vec4 beyond = abs(old - kept) / max(deviation, vec4(1e-3 * own.x + 1e-6));
     float elsewhere = clamp(max(beyond.x, beyond.w) / ELSEWHERE, 0.0, 1.0);

@@ -351,11 +351,11 @@ fn what_has_moved_away_leaves_no_ghost() {
         }
         println!("ghosts, away from the silhouette and beside it: {ghosts:.3?}");
         assert!(ghosts.iter().all(|ghost| ghost[0] < 0.02), "{ghosts:?}");
-        // A box of mean and deviation of mostly covered neighbours does not reach down to 0: what stays there is less than
-        // a tenth of a pixel at the edge itself.
-        // A history that has not followed the jump stays there longer, at the share of a still scene.
+        // Beside it neighbours are covered, and what was there fades at the share of a still scene. A history that has not
+        // followed the jump begins with ten times as much.
+        let last = ghosts[ghosts.len() - 1][1];
         assert!(
-            !reproject || ghosts.iter().all(|ghost| ghost[1] < 0.12),
+            !reproject || (ghosts.iter().all(|ghost| ghost[1] < 0.12) && last < 0.02),
             "{ghosts:?}"
         );
     }

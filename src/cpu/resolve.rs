@@ -108,7 +108,10 @@ impl Live<'_> {
         let old = to_luma(self.history_at(place));
         let kept = [0, 1, 2, 3].map(|c| {
             let reach = REACH * deviation[c];
-            old[c].clamp(middle[c] - reach, middle[c] + reach)
+            old[c].clamp(
+                (middle[c] - reach).min(own[c]),
+                (middle[c] + reach).max(own[c]),
+            )
         });
         let beyond = |c: usize| (old[c] - kept[c]).abs() / deviation[c].max(1e-3 * own[0] + 1e-6);
         let elsewhere = (beyond(0).max(beyond(3)) / ELSEWHERE).clamp(0.0, 1.0);
