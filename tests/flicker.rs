@@ -108,10 +108,10 @@ fn bends() -> Vec<Deformer> {
     vec![of(Kind::Twist, 30.0, None), of(Kind::Wave, 2.0, Some(40.0))]
 }
 
-/// Size, light map and frames: few and small, or for scripts/soak.sh a whole loop, larger.
+/// Size, light map and frames: a few, or for scripts/soak.sh a whole loop.
 fn extent() -> ([u32; 2], u32, u32) {
     match std::env::var_os("MARMOR_FLICKER_ALL") {
-        Some(_) => ([160, 120], 256, 48),
+        Some(_) => ([80, 60], 128, 48),
         None => ([80, 60], 128, 6),
     }
 }
