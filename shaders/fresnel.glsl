@@ -2,15 +2,12 @@
 
 // Reflectance for unpolarised light that arrives from outside at cosine `cos_i`.
 float fresnel_reflectance(float cos_i, float eta) {
-    float c = clamp(cos_i, 0.0, 1.0);
-    float e = eta * eta;
-    // eta times the cosine inside: r_s = (c - g) / (c + g), r_p = (e c - g) / (e c + g), on one denominator.
-    float g = sqrt(max(0.0, e - 1.0 + c * c));
-    float s = c + g, p = e * c + g;
-    float r_s = (c - g) * p, r_p = (e * c - g) * s;
-    // It vanishes for eta = 1 at c = 0, and with it the numerators.
-    float below = max(s * p, 1e-14);
-    return 0.5 * (r_s * r_s + r_p * r_p) / (below * below);
+    cos_i = clamp(cos_i, 0.0, 1.0);
+    float cos_t = sqrt(max(0.0, 1.0 - (1.0 - cos_i * cos_i) / (eta * eta)));
+    // The denominators vanish for eta = 1 at cos_i = 0, and with them the numerators.
+    float r_s = (cos_i - eta * cos_t) / max(cos_i + eta * cos_t, 1e-7);
+    float r_p = (eta * cos_i - cos_t) / max(eta * cos_i + cos_t, 1e-7);
+    return 0.5 * (r_s * r_s + r_p * r_p);
 }
 
 float fresnel_transmittance(float cos_i, float eta) {
