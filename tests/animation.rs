@@ -4,7 +4,7 @@
 mod common;
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::Arc;
 
 use common::device::{TestDevice, device};
@@ -502,7 +502,7 @@ fn the_grid_of_the_light_map_stands_still() {
 }
 
 fn marmor(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_marmor"))
+    common::program::marmor()
         .args(arguments)
         .output()
         .expect("the program runs")

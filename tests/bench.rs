@@ -148,6 +148,26 @@ fn an_interrupted_run_writes_what_it_has() {
     assert_eq!(json["cases"].as_array().map(Vec::len), Some(0));
 }
 
+/// A scene that moves is posed in every frame, and its own mesh is in all of its cases.
+#[test]
+fn what_moves_is_measured() {
+    if !present() {
+        return;
+    }
+    let folder = folder();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/betta.toml");
+    let ran = run(folder.path(), &["bench", scene, "--quick", "--list"]);
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    assert!(!ran.stdout.contains("triangles/"), "{}", ran.stdout);
+    let only = "methods/mixture 3 + single 8";
+    let arguments = [
+        "bench", scene, "--quick", "--frames", "2", "-q", "--only", only,
+    ];
+    let ran = run(folder.path(), &arguments);
+    assert_eq!((ran.code, ran.stderr.as_str()), (0, ""));
+    assert!(ran.stdout.contains("deform"), "{}", ran.stdout);
+}
+
 #[test]
 fn what_cannot_be_measured_is_refused() {
     let folder = folder();

@@ -393,7 +393,8 @@ impl Motion {
         LightFrame::place(relative, self.light(time).to_light(), self.reach, size)
     }
 
-    /// [`Motion::light_frame_of`] the mesh there.
+    /// The frame of a light map of `size` texels a side at `time` (s), around the mesh of that instant, relative to
+    /// [`Motion::center`].
     pub fn light_frame(&self, time: f64, size: u32) -> LightFrame {
         self.light_frame_of(&self.mesh(time).positions, time, size)
     }

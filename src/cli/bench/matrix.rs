@@ -160,13 +160,15 @@ pub(super) fn cases(scene: &Request, quick: bool, several: bool) -> Vec<Desc> {
         add("pixels", &format!("{width}x{height}"), request);
     }
 
-    // Of a mesh of one's own there is but one resolution.
-    let statue = matches!(scene.mesh, MeshSource::Bundled(_));
+    // Of another mesh than the statue there is but one resolution.
     let meshes = [
         ("1K", Bundled::Statue1k),
         ("5K", Bundled::Statue5k),
         ("20K", Bundled::Statue20k),
     ];
+    let statue = meshes
+        .iter()
+        .any(|(_, mesh)| scene.mesh == MeshSource::Bundled(*mesh));
     let meshes = || meshes.into_iter().filter(|_| statue);
     for (name, mesh) in meshes() {
         let request = Request {
