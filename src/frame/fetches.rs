@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::make::{half_parts, parts};
 use super::shade::{self, PartDesc};
-use super::{Renderer, SHADE_PASS, half_parts, history, parts, reduce, resolve, shaders};
+use super::{Renderer, SHADE_PASS, history, reduce, resolve, shaders};
 use crate::gpu::{self, Binding, Buffer, Device, Location, Shader, Use};
 use crate::ledger::{self, Counts, Filter, Stage};
 use crate::scene::{Multiple, Plan};

@@ -15,6 +15,8 @@ mod geometry;
 mod half;
 mod history;
 mod light;
+mod live;
+mod make;
 pub mod measure;
 pub mod probe;
 mod reduce;
@@ -51,29 +53,26 @@ pub use run::{
 };
 
 use crate::gpu::{
-    self, Buffer, Candidate, Device, Image, Location, RenderPass, Slot, Statistics, Timestamps,
-    Use, barrier, submit,
+    self, Buffer, Candidate, Device, Image, RenderPass, Slot, Statistics, Timestamps, Use, barrier,
+    submit,
 };
 use crate::ledger::{EXACT_TEXELS, Filter, HALF_SHADE as HALF_SHADE_PASS};
 use crate::optics::sampling::r2;
 use crate::optics::single::PathFit;
 use crate::scene::volume::Volumes;
-use crate::scene::{
-    Jitter, LightFrame, Mesh, Moment, Multiple, Plan, Pose, Scattering, Taps, View,
-};
+use crate::scene::{Jitter, LightFrame, Moment, Plan, Pose, View};
 use boxes::BoxesPass;
-use bytemuck::Zeroable;
 use deform::DeformPass;
 use exact::ExactPass;
-use fetches::{Build, COUNTING, Counters};
+use fetches::{COUNTING, Counters};
 use geometry::Geometry;
 use half::HalfPass;
-use history::HistoryPass;
 use light::LightPass;
+use live::Live;
 use reduce::ReducePass;
 use resolve::ResolvePass;
-use shade::{PartDesc, ShadePass};
-use targets::{Boxes, Canvas, GBuffer, Light, LightMap, Pyramid, PyramidDesc};
+use shade::ShadePass;
+use targets::{Boxes, Canvas, GBuffer, Light, LightMap, Pyramid};
 use uniforms::{LevelTable, Reprojection, Uniforms, VolumeTable};
 use view::ViewPass;
 use volume::VolumePass;
@@ -220,25 +219,6 @@ pub struct Renderer {
     device: Arc<Device>,
 }
 
-/// What live display has besides, and what it remembers of the frame before.
-struct Live {
-    pass: HistoryPass,
-    motion: Image,
-    // Of each frame slot.
-    reprojections: Vec<Buffer>,
-    reproject: bool,
-    // Frames since the history began.
-    done: u32,
-    // What the frame before was seen by, without jitter, and which shape it drew; none where history begins.
-    before: Option<(View, usize)>,
-    // Whether the previous vertices are older than those of the frame before.
-    stale: bool,
-    // Whether the mesh of the frame that is recorded has previous vertices to be drawn with.
-    moved: bool,
-    // Whether the frame before was read: it is done, and mean and display image are as the copy left them.
-    read: bool,
-}
-
 /// What a renderer is asked for besides its plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
@@ -271,284 +251,6 @@ impl Default for Setup {
 }
 
 impl Renderer {
-    /// Prepares `plan` on `device`: every image, buffer and pipeline.
-    ///
-    /// # Errors
-    /// [`gpu::Error::OutOfMemory`] naming what did not fit, [`gpu::Error::Unsupported`] where the device cannot count,
-    /// or what the driver says.
-    pub fn new(device: &Arc<Device>, plan: &Plan, setup: &Setup) -> gpu::Result<Self> {
-        let &Setup {
-            keep_gbuffer,
-            measure,
-            filter,
-            shaders,
-            live,
-            reproject,
-        } = setup;
-        let filter = filter.unwrap_or_else(|| filter_of(device.candidate()));
-        let counters = matches!(shaders, Shaders::Counting | Shaders::Stray)
-            .then(|| {
-                let stages = match live {
-                    true => live_stages(plan, filter, shaders),
-                    false => stages(plan, filter, shaders),
-                };
-                Counters::new(device, plan.size, &stages)
-            })
-            .transpose()?;
-        let build = match (&counters, shaders) {
-            (None, Shaders::Floor) => Build::Floor,
-            (None, _) => Build::Plain,
-            (Some(counters), Shaders::Stray) => Build::Stray(counters),
-            (Some(counters), _) => Build::Counting(counters),
-        };
-        let mesh = &plan.scene.mesh;
-        // Positions are kept relative to the middle, so that float32 serves them best.
-        let (center, radius) = (plan.center(), plan.radius());
-        let moving = plan.motion.as_ref().filter(|motion| motion.deforms());
-        let light_frame = plan.light_frame();
-        let taps = plan.methods().find_map(|method| match method {
-            Multiple::Mixture(mixture) => Some(plan.taps(mixture, &light_frame)),
-            _ => None,
-        });
-        let pyramid = taps.as_ref().map(|taps| PyramidDesc {
-            levels: taps.span(0..taps.moments()),
-            fourth: (!taps.fourth.is_empty()).then(|| taps.span(taps.fourth.clone())),
-        });
-
-        let slots = (0..FRAMES_IN_FLIGHT)
-            .map(|i| Slot::new(device, &format!("frame {i}")))
-            .collect::<gpu::Result<Vec<_>>>()?;
-        let stamps = (0..FRAMES_IN_FLIGHT)
-            .map(|i| Timestamps::new(device, &format!("stamps {i}"), PASSES.len() as u32))
-            .collect::<gpu::Result<Vec<_>>>()?;
-        let statistics = (0..FRAMES_IN_FLIGHT)
-            .filter(|_| measure)
-            .filter_map(|i| {
-                Statistics::new(device, &format!("statistics {i}"), PASSES.len() as u32).transpose()
-            })
-            .collect::<gpu::Result<Vec<_>>>()?;
-        let blocks_of = |name: &str, size: usize| {
-            let uniforms = (0..FRAMES_IN_FLIGHT).map(|i| {
-                let size = size as u64;
-                let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
-                Buffer::new(
-                    device,
-                    &format!("{name} {i}"),
-                    size,
-                    usage,
-                    Location::Upload,
-                )
-            });
-            uniforms.collect::<gpu::Result<Vec<_>>>()
-        };
-        let uniforms = blocks_of("uniforms", size_of::<Uniforms>())?;
-        let (mut geometry, deform) = match moving {
-            None => (Geometry::new(device, mesh, center)?, None),
-            Some(motion) => {
-                let geometry = Geometry::moving(device, &motion.model)?;
-                let deform = DeformPass::new(device, &motion.model, &geometry, FRAMES_IN_FLIGHT)?;
-                (geometry, Some(deform))
-            }
-        };
-        if live && deform.is_some() {
-            geometry.keep_before()?;
-        }
-        let map = LightMap::new(device, plan.light_map, pyramid.as_ref())?;
-        let has_rings = plan.methods().any(|m| matches!(m, Multiple::Rings(_)));
-        let boxes = has_rings
-            .then(|| Boxes::new(device, [plan.light_map; 2]))
-            .transpose()?;
-        let levels = match (&taps, &map.pyramid) {
-            (Some(taps), Some(pyramid)) => {
-                LevelTable::new(taps, light_frame.z_half, &pyramid.atlas)
-            }
-            _ => LevelTable::zeroed(),
-        };
-        let volumes = taps
-            .as_ref()
-            .and_then(|taps| taps.volumes.as_ref())
-            .map(|volumes| Light::new(device, volumes))
-            .transpose()?;
-        let volume_places = taps.as_ref().map_or_else(VolumeTable::zeroed, |taps| {
-            VolumeTable::new(taps, &light_frame)
-        });
-        let kept = taps.as_ref().map_or(0.0, Taps::kept);
-        let gbuffer = GBuffer::new(device, "", plan.size)?;
-        let canvas = Canvas::new(device, plan.size)?;
-        let motion = live
-            .then(|| targets::motion(device, plan.size))
-            .transpose()?;
-        let reprojections = match live {
-            true => blocks_of("reprojection", size_of::<Reprojection>())?,
-            false => Vec::new(),
-        };
-        let readback = |name, bytes: u64| {
-            let size = u64::from(plan.size[0]) * u64::from(plan.size[1]) * bytes;
-            Buffer::new(
-                device,
-                name,
-                size,
-                vk::BufferUsageFlags::TRANSFER_DST,
-                Location::Readback,
-            )
-        };
-
-        let parts = parts(plan, &light_frame);
-        let exact_columns = parts
-            .iter()
-            .find(|part| part.method == Multiple::Exact)
-            .map(|part| part.columns);
-        let camera = view::render_pass(
-            device,
-            &gbuffer,
-            &canvas.radiance,
-            motion.as_ref(),
-            keep_gbuffer || exact_columns.is_some(),
-        )?;
-        // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
-        // as the others.
-        let solid = match moving {
-            // What moves stays closed; shapes may differ.
-            Some(motion) if motion.model.shapes.len() > 1 => {
-                motion.model.shapes.iter().all(Mesh::is_solid)
-            }
-            _ => mesh.is_solid(),
-        };
-        let light = LightPass::new(device, &uniforms, &map, solid)?;
-        let reduce = map
-            .pyramid
-            .as_ref()
-            .map(|pyramid| ReducePass::new(device, &map.moments, pyramid, build))
-            .transpose()?;
-        let box_levels = boxes
-            .as_ref()
-            .map(|boxes| BoxesPass::new(device, &map.moments, boxes, build))
-            .transpose()?;
-        let volume = volumes
-            .as_ref()
-            .map(|light| VolumePass::new(device, &map.moments, light, build))
-            .transpose()?;
-        let solid = match &plan.motion {
-            Some(motion) => motion.seen_from_outside && solid,
-            None => mesh.is_solid_from(plan.scene.camera.eye),
-        };
-        let half_parts = half_parts(plan, &light_frame);
-        let half = (!half_parts.is_empty())
-            .then(|| {
-                let size = plan.size.map(|side| side.div_ceil(2));
-                HalfPass::new(
-                    device,
-                    blocks_of("half uniforms", size_of::<Uniforms>())?,
-                    size,
-                    &map,
-                    boxes.as_ref(),
-                    volumes.as_ref(),
-                    &half_parts,
-                    solid,
-                    keep_gbuffer,
-                    filter,
-                    build,
-                )
-            })
-            .transpose()?;
-        let view = ViewPass::new(device, &uniforms, &reprojections, &camera, solid)?;
-        let shade = ShadePass::new(
-            device,
-            &uniforms,
-            &camera,
-            view::SHADE,
-            &map,
-            boxes.as_ref(),
-            volumes.as_ref(),
-            &gbuffer,
-            half.as_ref().map(|half| &half.radiance),
-            &parts,
-            plan.specular,
-            filter,
-            build,
-        )?;
-        let exact = exact_columns
-            .map(|columns| {
-                ExactPass::new(device, &uniforms, &map, &gbuffer, &canvas, columns, build)
-            })
-            .transpose()?;
-        // Of a renderer for live display the live frames are counted.
-        let mean_build = if live { Build::Plain } else { build };
-        let averages = plan.frames_averaged > 1;
-        let resolve = ResolvePass::new(device, &uniforms, &canvas, averages, mean_build)?;
-        let live = match motion {
-            Some(motion) => Some(Live {
-                pass: HistoryPass::new(
-                    device,
-                    &uniforms,
-                    &canvas,
-                    &motion,
-                    &gbuffer.depth,
-                    filter,
-                    build,
-                )?,
-                motion,
-                reprojections,
-                reproject,
-                done: 0,
-                before: None,
-                stale: false,
-                moved: false,
-                read: true,
-            }),
-            None => None,
-        };
-        Ok(Renderer {
-            redraw_light: false,
-            slots,
-            stamps,
-            statistics,
-            uniforms,
-            geometry,
-            deform,
-            light,
-            reduce,
-            box_levels,
-            volume,
-            half,
-            camera,
-            view,
-            shade,
-            exact,
-            resolve,
-            live,
-            map,
-            boxes,
-            volumes,
-            levels,
-            volume_places,
-            kept,
-            path: PathFit::new(plan.scene.material.eta),
-            gbuffer,
-            canvas,
-            mean_readback: readback("mean readback", 16)?,
-            display_readback: readback("display readback", 4)?,
-            plan: plan.clone(),
-            center,
-            radius,
-            light_frame,
-            pose: moving.map(|motion| motion.pose(plan.time)),
-            posed: false,
-            drawn: None,
-            pending: vec![false; FRAMES_IN_FLIGHT],
-            pass_totals: [0.0; PASSES.len()],
-            frames: 0,
-            light_draws: 0,
-            deforms: 0,
-            measure,
-            keep_gbuffer,
-            marches: parts.iter().any(|part| part.march.is_some()),
-            half_marches: half_parts.iter().any(|part| part.march.is_some()),
-            counters,
-            device: Arc::clone(device),
-        })
-    }
-
     /// Goes to another instant of what moves: the frames that follow are of it. It makes nothing on the device.
     pub fn show(&mut self, moment: &Moment) {
         self.plan.scene.light.clone_from(&moment.light);
@@ -669,111 +371,6 @@ impl Renderer {
         self.slots[0].wait()
     }
 
-    /// Draws one frame for live display, of the instant that was [shown](Renderer::show): jittered as frame `index` of an
-    /// average is, joined with a history of the frames before it, which follows what moves, and encoded. The frame after
-    /// [`Renderer::new`], [`Renderer::forget_history`] or [`Renderer::render`] has no history.
-    ///
-    /// It waits only for the frame before the last one. With `read` it waits for this one, and
-    /// [`Renderer::radiance`] and [`Renderer::display`] then are of it; [`Renderer::pass_times`] are of the frames since the
-    /// one that was read before.
-    ///
-    /// # Errors
-    /// [`gpu::Error::Unsupported`] of a renderer without [`Setup::live`], or as [`Renderer::render`].
-    pub fn draw_live(&mut self, index: u32, read: bool) -> gpu::Result<()> {
-        let done = self.begin_live()?;
-        let slot = self.frames as usize % FRAMES_IN_FLIGHT;
-        self.collect(slot)?;
-        self.frames += 1;
-        self.write_uniforms(slot, index, done)?;
-        let mut commands = self.start(slot)?;
-        self.record_live_scene(commands, slot, index)?;
-        if self.exact.is_some() {
-            commands = self.sum_exact(slot, 0, &mut |_| ())?;
-        }
-        self.record_history(commands, slot, done);
-        if read {
-            self.record_readback(commands, slot, done);
-        }
-        self.submit(slot)?;
-        self.end_live(read);
-        if read {
-            for slot in 0..FRAMES_IN_FLIGHT {
-                self.collect(slot)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Draws two frames for live display in one submit, for the same test as [`Renderer::render_pair`]: those of `moments`,
-    /// jittered as frames 0 and 1. Not for `exact`.
-    ///
-    /// # Errors
-    /// As [`Renderer::draw_live`].
-    pub fn draw_live_pair(&mut self, moments: [&Moment; 2]) -> gpu::Result<()> {
-        for slot in 0..FRAMES_IN_FLIGHT {
-            self.collect(slot)?;
-        }
-        let commands = self.slots[0].begin()?;
-        for (slot, moment) in moments.into_iter().enumerate() {
-            self.show(moment);
-            let done = self.begin_live()?;
-            self.write_uniforms(slot, slot as u32, done)?;
-            self.stamps[slot].reset(commands);
-            if let Some(statistics) = self.statistics.get(slot) {
-                statistics.reset(commands);
-            }
-            self.record_live_scene(commands, slot, slot as u32)?;
-            self.record_history(commands, slot, done);
-            self.end_live(false);
-        }
-        self.slots[0].submit()?;
-        self.slots[0].wait()
-    }
-
-    /// Has the next live frame begin a new history: for a cut, after which nothing is where it was.
-    pub fn forget_history(&mut self) {
-        if let Some(live) = &mut self.live {
-            (live.done, live.before) = (0, None);
-        }
-    }
-
-    /// How many frames the history holds before the one that is to be drawn, whose times begin anew after one that was
-    /// read.
-    fn begin_live(&mut self) -> gpu::Result<u32> {
-        let Some(live) = &self.live else {
-            return Err(gpu::Error::Unsupported(
-                "this renderer was not made for live display".to_owned(),
-            ));
-        };
-        if live.read {
-            self.pass_totals = [0.0; PASSES.len()];
-            (self.frames, self.light_draws, self.deforms) = (0, 0, 0);
-        }
-        Ok(live.done)
-    }
-
-    /// What the next live frame must know of the one that was recorded.
-    fn end_live(&mut self, read: bool) {
-        let before = (self.view(0), self.geometry.shape);
-        if let Some(live) = &mut self.live {
-            live.done = live.done.saturating_add(1);
-            (live.before, live.read) = (Some(before), read);
-        }
-    }
-
-    /// Before the plan's frames are averaged: no live frame is in flight, and their history goes.
-    fn leave_live(&mut self) -> gpu::Result<()> {
-        self.forget_history();
-        let in_flight = match &mut self.live {
-            Some(live) => !std::mem::replace(&mut live.read, true),
-            None => false,
-        };
-        for slot in (0..FRAMES_IN_FLIGHT).filter(|_| in_flight) {
-            self.collect(slot)?;
-        }
-        Ok(())
-    }
-
     /// Fills the uniforms of a slot that the device is done with: frame `index`, the one after
     /// `done` others of the mean.
     fn write_uniforms(&mut self, slot: usize, index: u32, done: u32) -> gpu::Result<()> {
@@ -827,32 +424,6 @@ impl Renderer {
         }
         self.geometry.shape = pose.shape;
         Ok(true)
-    }
-
-    /// A live frame, from the vertices up to radiance; what it draws must have been written for `slot`.
-    fn record_live_scene(
-        &mut self,
-        commands: vk::CommandBuffer,
-        slot: usize,
-        index: u32,
-    ) -> gpu::Result<()> {
-        let live = self.live.as_mut();
-        let stale = live.is_some_and(|live| std::mem::take(&mut live.stale));
-        let poses = self.poses(slot)?;
-        if self.deform.is_some() && (stale || poses) {
-            self.record_deform(commands, slot, [stale, poses]);
-        }
-        let (geometry, deforms) = (&self.geometry, self.deform.is_some());
-        if let Some(live) = &mut self.live {
-            let before = live.before.as_ref();
-            let same = before.is_some_and(|&(_, was)| geometry.same_vertices(was, geometry.shape));
-            live.moved = deforms && same && live.reproject;
-        }
-        if self.draws_light(index) {
-            self.record_light(commands, slot);
-        }
-        self.record_scene(commands, slot);
-        Ok(())
     }
 
     /// deform: if it `keeps` them, the vertices of the frame before are copied, for their motion; and if it `poses`, those
@@ -1570,67 +1141,4 @@ fn record_volumes(
         device, commands, c"RAW: shading samples the volumes",
         &light.image, Use::COPY_TARGET, Use::FRAGMENT_SAMPLE,
     );
-}
-
-/// What is shaded at half size, where the plan asks for it.
-fn half_parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
-    match plan.scattering {
-        Scattering::Full => Vec::new(),
-        Scattering::Half => {
-            let columns = [0, plan.size[0].div_ceil(2)];
-            vec![PartDesc {
-                halved: true,
-                ..part(plan, light_frame, columns, plan.multiple)
-            }]
-        }
-    }
-}
-
-/// Columns of a picture shaded by `method`.
-fn part(plan: &Plan, light_frame: &LightFrame, columns: [u32; 2], method: Multiple) -> PartDesc {
-    PartDesc {
-        columns,
-        method,
-        march: plan.march(method),
-        counts: match method {
-            Multiple::None | Multiple::Brdf | Multiple::Exact => [0; 5],
-            Multiple::Samples(n) => [n, 0, 0, 0, 0],
-            Multiple::Rings(n) => [plan.rings(n), 0, 0, 0, 0],
-            Multiple::Mixture(mixture) => {
-                let taps = plan.taps(mixture, light_frame);
-                let Range { start, end } = taps.fourth;
-                let blended = taps.moments() - taps.first_volume;
-                let alone = taps.levels.count - taps.moments();
-                [start, end - start, taps.first_volume - end, blended, alone]
-            }
-        },
-        halved: false,
-        upsampled: false,
-    }
-}
-
-/// The parts of the picture, on a light map in `light_frame`.
-fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
-    let part = |columns, method| match plan.scattering {
-        Scattering::Full => part(plan, light_frame, columns, method),
-        Scattering::Half => PartDesc {
-            columns,
-            method: Multiple::None,
-            counts: [0; 5],
-            march: None,
-            halved: false,
-            upsampled: true,
-        },
-    };
-    let width = plan.size[0];
-    match plan.split {
-        // Two halves of one method are one part, and `exact` sums one part.
-        Some(left) if left != plan.multiple => {
-            vec![
-                part([0, width / 2], left),
-                part([width / 2, width], plan.multiple),
-            ]
-        }
-        _ => vec![part([0, width], plan.multiple)],
-    }
 }

@@ -900,6 +900,8 @@ mod tests {
             found.frames_averaged.take(),
             Some(defaults::FRAMES_AVERAGED)
         );
+        // It names a material, so that no mesh chooses one.
+        assert!(!std::mem::replace(&mut found.colored_by_mesh, true));
         found.name = "statue".to_owned();
         assert_eq!(found, Request::statue());
     }

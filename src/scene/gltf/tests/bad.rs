@@ -34,7 +34,7 @@ fn faults_of_the_container() {
         bytes
     };
     for (bytes, fragment) in [
-        (vec![], "JSON"),
+        (vec![], "the file is empty"),
         (b"v 0 0 0\n".to_vec(), "JSON"),
         (b"glTF".to_vec(), "cut short"),
         (good[..12].to_vec(), "cut short"),
