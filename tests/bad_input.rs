@@ -48,7 +48,7 @@ const CASES: &[Case] = &[
         "a folder as a scene",
         &[],
         "render . -o out.png",
-        &["neither a .toml or .obj file", "statue"],
+        &["neither a .toml, .obj, .gltf or .glb file", "statue"],
     ),
     case(
         "unknown bundled mesh",

@@ -68,6 +68,7 @@ fn the_manual_is_printed_and_written() {
     assert!(ran.stdout.contains(".TH marmor 1"), "{}", ran.stdout);
     assert_eq!(run(folder.path(), &["man", "--out", "."]).code, 0);
     let expected: Vec<String> = [
+        "-animate",
         "-bench-reduce",
         "-bench",
         "-compare",

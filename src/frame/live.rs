@@ -36,7 +36,7 @@ impl Renderer {
     /// one that was read before.
     ///
     /// # Errors
-    /// [`gpu::Error::Unsupported`] of a renderer without [`Setup::live`], or as [`Renderer::render`].
+    /// [`gpu::Error::Unsupported`] of a renderer without [`super::Setup::live`], or as [`Renderer::render`].
     pub fn draw_live(&mut self, index: u32, read: bool) -> gpu::Result<()> {
         let done = self.begin_live()?;
         let slot = self.frames as usize % FRAMES_IN_FLIGHT;
