@@ -112,7 +112,7 @@ fn bends() -> Vec<Deformer> {
 fn extent() -> ([u32; 2], u32, u32) {
     match std::env::var_os("MARMOR_FLICKER_ALL") {
         Some(_) => ([80, 60], 128, 48),
-        None => ([80, 60], 128, 6),
+        None => ([80, 60], 128, 5),
     }
 }
 
