@@ -198,6 +198,18 @@ fn worst(device: &TestDevice, plan: &Plan, motion: &Arc<Motion>) -> [f64; 2] {
     worst
 }
 
+/// Every frame of the loop is that of the twin.
+fn agree(name: &str, device: &TestDevice, plan: &Plan, motion: &Arc<Motion>) {
+    let [positions, normals] = worst(device, plan, motion);
+    println!(
+        "{name}: {positions:.1e} of the radius, normals {normals:.1e}, {} frames",
+        motion.frames
+    );
+    assert!(positions < TOLERANCE, "{name}: {positions}");
+    // A unit vector has no size to be relative to.
+    assert!(normals < 1e-4, "{name}: normals {normals}");
+}
+
 #[test]
 fn deformed_vertices_are_those_of_the_twin() {
     let Some(device) = device() else { return };
@@ -211,15 +223,8 @@ fn deformed_vertices_are_those_of_the_twin() {
         let mut request = request();
         request.animation.deformers = bends;
         let (plan, motion) = plan_of(&model, &request);
-        let [positions, normals] = worst(&device, &plan, &motion);
-        println!(
-            "{name}: {positions:.1e} of the radius, normals {normals:.1e}, {} frames",
-            motion.frames
-        );
+        agree(name, &device, &plan, &motion);
         assert!(motion.frames >= 10, "{name}");
-        assert!(positions < TOLERANCE, "{name}: {positions}");
-        // A unit vector has no size to be relative to.
-        assert!(normals < 1e-4, "{name}: normals {normals}");
     }
 }
 
@@ -233,14 +238,8 @@ fn the_betta_deforms_as_its_twin() {
         request.animation.clip = Some(clip.to_owned());
         request.animation.fps = 24.0;
         let (plan, motion) = plan_of(&model, &request);
-        let [positions, normals] = worst(&device, &plan, &motion);
-        println!(
-            "{clip}: {positions:.1e} of the radius, normals {normals:.1e}, {} frames",
-            motion.frames
-        );
+        agree(clip, &device, &plan, &motion);
         assert!(motion.frames >= 48, "{clip}");
-        assert!(positions < TOLERANCE, "{clip}: {positions}");
-        assert!(normals < 1e-4, "{clip}: normals {normals}");
         // It moves, and all of it stays a solid.
         let meshes = [0, motion.frames / 3].map(|n| motion.mesh(motion.time(n)));
         let pairs = meshes[0].positions.iter().zip(&meshes[1].positions);
@@ -266,8 +265,7 @@ fn a_mesh_far_off_deforms_as_well() {
         }
     }
     let (plan, motion) = plan_of(&model, &request());
-    let [positions, _] = worst(&device, &plan, &motion);
-    assert!(positions < TOLERANCE, "{positions}");
+    agree("far off", &device, &plan, &motion);
 }
 
 /// Shapes of different triangles, one after the other.
@@ -282,11 +280,7 @@ fn a_sequence_may_change_its_topology() {
     };
     let (plan, motion) = plan_of(&model, &request());
     assert_eq!(motion.frames, 3);
-    let [positions, normals] = worst(&device, &plan, &motion);
-    assert!(
-        positions < TOLERANCE && normals < 1e-4,
-        "{positions} {normals}"
-    );
+    agree("sequence", &device, &plan, &motion);
     // What is drawn of the second is what the second alone draws.
     let mut still = plan.at(motion.time(1));
     let mut renderer = Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");

@@ -135,12 +135,8 @@ impl Viewpoint {
                             .to_owned(),
                     );
                 }
-                Ok(Camera {
-                    eye,
-                    target,
-                    up,
-                    fov,
-                })
+                // It has a target and a distance of its own.
+                Ok(self.placed(fov, target, 0.0))
             }
             Viewpoint::Orbit {
                 azimuth,
