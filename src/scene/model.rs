@@ -234,6 +234,13 @@ impl Model {
         [position, normal.normalize_or(DVec3::Y)]
     }
 
+    /// Where the vertices are in `pose`, mm: what bounds and framing need of [`Model::posed`].
+    pub fn positions(&self, pose: &Pose) -> Vec<DVec3> {
+        let count = self.shapes.get(pose.shape).map_or(0, |s| s.positions.len());
+        let vertices = (0..count).into_par_iter();
+        vertices.map(|index| self.vertex(pose, index)[0]).collect()
+    }
+
     /// The mesh in `pose`, mm.
     pub fn posed(&self, pose: &Pose) -> Mesh {
         let Some(shape) = self.shapes.get(pose.shape) else {

@@ -208,9 +208,9 @@ impl Motion {
                 duration * asked,
             );
         }
-        let rest = motion.model.posed(&motion.unbent(0.0));
-        motion.rest = corners(&rest.positions)
-            .ok_or_else(|| fault("no vertex; name another mesh".to_owned()))?;
+        let rest = motion.model.positions(&motion.unbent(0.0));
+        motion.rest =
+            corners(&rest).ok_or_else(|| fault("no vertex; name another mesh".to_owned()))?;
         // A ripple far finer than the mesh is noise, and in float32 not even that.
         let extent = motion.rest[0].distance(motion.rest[1]);
         let waves = animation.deformers.iter().filter_map(|d| d.wavelength);
@@ -229,14 +229,14 @@ impl Motion {
         let mut times: Vec<f64> = (0..self.frames).map(|n| self.time(n)).collect();
         times.push(time);
         // One mesh may do for all; else each is posed twice, since a long loop would fill the memory.
-        let still_mesh = (!self.deforms()).then(|| Arc::new(self.mesh(0.0)));
+        let still_mesh = (!self.deforms()).then(|| Arc::new(self.positions(0.0)));
         let mesh = |motion: &Motion, t: f64| {
-            let moved = || Arc::new(motion.mesh(t));
+            let moved = || Arc::new(motion.positions(t));
             still_mesh.clone().unwrap_or_else(moved)
         };
 
         let boxes = times.par_iter();
-        let boxes = boxes.filter_map(|&t| corners(&mesh(self, t).positions));
+        let boxes = boxes.filter_map(|&t| corners(&mesh(self, t)));
         let join = |[a, b]: [DVec3; 2], [c, d]: [DVec3; 2]| [a.min(c), b.max(d)];
         let Some([lo, hi]) = boxes.reduce_with(join) else {
             return Err(fault("no vertex; name another mesh".to_owned()));
@@ -249,19 +249,16 @@ impl Motion {
         let around = turns || self.deforms();
         let filled = times.par_iter().map(|&t| {
             let mesh = mesh(self, t);
-            let squares = mesh
-                .positions
-                .iter()
-                .map(|p| p.distance_squared(self.center));
+            let squares = mesh.iter().map(|p| p.distance_squared(self.center));
             let to_light = self.light(t).to_light();
-            let [_, reach] = LightFrame::extents(mesh.positions.iter().copied(), to_light);
+            let [_, reach] = LightFrame::extents(mesh.iter().copied(), to_light);
             let Turned { viewpoint, fov } = self.turned(t);
             let viewpoint = if around {
                 viewpoint.around(self.center)
             } else {
                 viewpoint
             };
-            let camera = viewpoint.camera(fov, still.size, &mesh.positions)?;
+            let camera = viewpoint.camera(fov, still.size, &mesh)?;
             Ok((squares.fold(0.0, f64::max), reach, camera))
         });
         let filled: Vec<(f64, DVec3, Camera)> = filled
@@ -324,6 +321,11 @@ impl Motion {
             bends: bends.map(|d| d.at(time, self.rest)).collect(),
             ..self.unbent(time)
         }
+    }
+
+    /// Where the vertices are at `time` (s), mm.
+    fn positions(&self, time: f64) -> Vec<DVec3> {
+        self.model.positions(&self.pose(time))
     }
 
     /// The mesh at `time` (s), mm.
@@ -396,17 +398,17 @@ impl Motion {
     /// The frame of a light map of `size` texels a side at `time` (s), around the mesh of that instant, relative to
     /// [`Motion::center`].
     pub fn light_frame(&self, time: f64, size: u32) -> LightFrame {
-        self.light_frame_of(&self.mesh(time).positions, time, size)
+        self.light_frame_of(&self.positions(time), time, size)
     }
 
     /// The instant `time` (s), on a light map of `size` texels a side.
     pub fn moment(self: &Arc<Self>, time: f64, size: u32) -> Moment {
         let pose = self.pose(time);
-        let mesh = self.model.posed(&pose);
+        let positions = self.model.positions(&pose);
         Moment {
             light: self.light(time),
             camera: self.camera(time),
-            light_frame: self.light_frame_of(&mesh.positions, time, size),
+            light_frame: self.light_frame_of(&positions, time, size),
             pose,
         }
     }
