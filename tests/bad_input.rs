@@ -153,6 +153,12 @@ const CASES: &[Case] = &[
         &["--split cannot stand beside --fetch-budget"],
     ),
     case(
+        "a divider beside a budget",
+        &[],
+        "render --fetch-budget 9 --split-at 0.3 -o out.png",
+        &["--split-at cannot stand beside --fetch-budget"],
+    ),
+    case(
         "a budget of nothing",
         &[],
         "render --fetch-budget 0 -o out.png",
@@ -371,6 +377,36 @@ const CASES: &[Case] = &[
         &[],
         "render --split diff -o out.png",
         &["--split", "diff", "brdf"],
+    ),
+    case(
+        "a divider beyond the picture",
+        &[],
+        "render --split brdf --split-at 1.01 -o out.png",
+        &["--split-at", "from 0 to 1, not 1.01"],
+    ),
+    case(
+        "a divider before the picture",
+        &[],
+        "render --split brdf --split-at -0.5 -o out.png",
+        &["--split-at", "from 0 to 1, not -0.5"],
+    ),
+    case(
+        "a divider that is no number",
+        &[],
+        "render --split brdf --split-at nan -o out.png",
+        &["--split-at", "from 0 to 1, not NaN"],
+    ),
+    case(
+        "a divider of nothing",
+        &[],
+        "render --split-at 0.3 -o out.png",
+        &["--split-at has no effect", "drop it, or add --split"],
+    ),
+    case(
+        "a divider beyond the picture in a scene",
+        &[("s.toml", b"[method]\nsplit = \"brdf\"\nsplit_at = -1\n")],
+        "render s.toml -o out.png",
+        &["s.toml:3", "split_at in [method]", "from 0 to 1, not -1"],
     ),
     case(
         "samples out of range",

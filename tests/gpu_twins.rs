@@ -843,3 +843,65 @@ fn a_split_into_one_method_is_that_method() {
     plan.split = Some(Multiple::Exact);
     assert!(whole == device::render(&device, &plan));
 }
+
+/// Where the divider of a split picture is, to the column, and whose picture is on either side of it.
+#[test]
+fn a_split_picture() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = marble([60.0, 35.0], Multiple::Mixture(Mixture::THREE));
+    plan.single = Single::March(March {
+        steps: 4,
+        exits: Exits::Linear,
+    });
+    let right = device::render(&device, &plan);
+    plan.multiple = Multiple::Rings(6);
+    let left = device::render(&device, &plan);
+    plan.multiple = Multiple::Mixture(Mixture::THREE);
+    plan.split = Some(Multiple::Rings(6));
+    let width = SIZE[0] as usize;
+    for (share, divider) in [
+        (0.0, 0),
+        (0.25, 40),
+        (0.5, 80),
+        (0.503, 80),
+        (0.999, 160),
+        (1.0, 160),
+    ] {
+        plan.split_at = share;
+        assert_eq!(plan.divider(), divider as u32);
+        let joined: Vec<_> = (0..left.len())
+            .map(|i| {
+                if i % width < divider {
+                    left[i]
+                } else {
+                    right[i]
+                }
+            })
+            .collect();
+        assert!(joined == device::render(&device, &plan), "at {share}");
+    }
+
+    plan.split_at = 0.25;
+    let mut renderer = rendered(&device, &plan);
+    let map = device::light_map(&mut renderer);
+    let gbuffer = device::gbuffer(&mut renderer, plan.size);
+    let noise = cpu::shade::noise();
+    let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    let mut twin = vec![[0.0; 4]; left.len()];
+    for (columns, method) in plan.parts() {
+        shading.reduce(method);
+        let (view, march) = (renderer.view(0), plan.march(method));
+        let whole = cpu::shade::shade(&gbuffer, &view, &shading, method, march, plan.specular);
+        let [first, end] = columns.map(|column| column as usize);
+        for (i, pixel) in whole.into_iter().enumerate() {
+            if (first..end).contains(&(i % width)) {
+                twin[i] = pixel;
+            }
+        }
+    }
+    let gpu = device::wide(&renderer.radiance().expect("radiance"));
+    // As in `mixture`.
+    agree("at a quarter", &twin, &gpu, 6e-3);
+}

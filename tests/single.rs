@@ -464,6 +464,30 @@ fn the_opaque_half_scatters_nothing() {
     assert!(changed(width / 2..width) > 500);
 }
 
+/// Rays are cast in the part that scatters, wherever the divider is.
+#[test]
+fn traced_columns_follow_the_divider() {
+    let mut plan = alone(
+        shapes::sphere(10.0, 3),
+        medium("skin1").material(),
+        [20.0, 20.0],
+        [0.0, 0.0],
+    );
+    (plan.size, plan.single) = ([24, 18], Single::Traced);
+    let whole = traced::picture(&plan, &|| ());
+    plan.split = Some(Multiple::Brdf);
+    for (share, divider) in [(0.0, 0), (0.5, 12), (0.4, 10), (1.0, 24)] {
+        plan.split_at = share;
+        for (i, pixel) in traced::picture(&plan, &|| ()).into_iter().enumerate() {
+            let expected = if i % 24 < divider { [0.0; 3] } else { whole[i] };
+            assert_eq!(pixel, expected, "pixel {i}, divider at {divider}");
+        }
+    }
+    let lit = |i: &usize| whole[*i] != [0.0; 3];
+    let columns: Vec<_> = (0..whole.len()).filter(lit).map(|i| i % 24).collect();
+    assert!(columns.contains(&9) && columns.contains(&11) && columns.contains(&12));
+}
+
 /// A phase function that goes on favours what is lit from behind, and one that turns back what is lit from the front.
 #[test]
 fn the_phase_function_has_its_direction() {

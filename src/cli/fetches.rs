@@ -51,7 +51,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
     let (plan, _) = arguments.picture.plan(&global.options())?;
     if plan.split.is_some() {
         return Err(Failure::Input(
-            "--split: the ledger is of one method; leave it out, or account for each half on its own"
+            "--split: the ledger is of one method; leave it out, or account for each part on its own"
                 .to_owned(),
         ));
     }

@@ -148,9 +148,13 @@ pub(super) struct PictureArguments {
     #[arg(long, value_name = "closed|fitted|best", value_parser = Mixture::weights, help_heading = "Method")]
     weights: Option<Fit>,
 
-    /// Draw the left half of the picture by another method
+    /// Draw the left part of the picture by another method
     #[arg(long, value_name = "METHOD", value_parser = values::method, help_heading = "Method")]
     split: Option<Method>,
+
+    /// How much of the picture's width --split draws, from 0 to 1 [default: 0.5]
+    #[arg(long, value_name = "SHARE", value_parser = values::share, allow_hyphen_values = true, help_heading = "Method")]
+    split_at: Option<f64>,
 
     /// Single scattering: samples along the refracted view ray, from 1 to 64; or off; or traced [default: 8]
     ///
@@ -220,6 +224,7 @@ impl PictureArguments {
         set(&mut request.specular, &arguments.specular);
         set(&mut request.light_map, &arguments.light_map);
         set(&mut request.split, &arguments.split.map(Some));
+        set(&mut request.split_at, &arguments.split_at);
         set(
             &mut request.background,
             &arguments.background.map(|background| background.0),
@@ -312,6 +317,12 @@ impl PictureArguments {
                 "{flag} has no effect on 3 moments; drop it, or add --moments 4"
             )));
         }
+        if arguments.split_at.is_some() && request.split.is_none() {
+            return Err(Failure::Input(
+                "--split-at has no effect on a picture that is not split; drop it, or add --split brdf"
+                    .to_owned(),
+            ));
+        }
         if arguments.exits.is_some() && !matches!(request.single, Single::March(_)) {
             return Err(Failure::Input(format!(
                 "--exits has no effect on --single {}; drop it, or add --single 8",
@@ -352,6 +363,7 @@ impl PictureArguments {
             ("--single", self.single.is_some()),
             ("--exits", self.exits.is_some()),
             ("--split", self.split.is_some()),
+            ("--split-at", self.split_at.is_some()),
         ];
         let Some((flag, _)) = chosen.into_iter().find(|(_, given)| *given) else {
             return Ok(());

@@ -8,7 +8,7 @@ use crate::cpu::resolve::resolve;
 use crate::cpu::traced;
 use crate::frame;
 use crate::report::{self, Format, Output, Stats, stats};
-use crate::scene::{Plan, Single};
+use crate::scene::{Plan, Single, defaults};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -29,7 +29,9 @@ Examples:
   marmor render --fetch-budget 16 --material skin1 -o skin.png
       the best that 16 fetches a pixel buy
   marmor render --multiple samples --split brdf -o both.png
-      translucent on the right, opaque on the left")]
+      translucent on the right, opaque on the left
+  marmor render --multiple mixture --split exact --split-at 0.2 -o truth.png
+      a fifth of it as the reference has it")]
 pub(super) struct Arguments {
     #[command(flatten)]
     picture: PictureArguments,
@@ -136,9 +138,10 @@ fn measured(picture: frame::Picture, validation: bool) -> stats::Measured {
 /// What was written, and what it cost.
 fn summary(output: &std::path::Path, stats: &Stats) -> String {
     let [width, height] = stats.method.size;
-    let split = match &stats.method.split {
-        Some(split) => format!(" (left half {split})"),
-        None => String::new(),
+    let split = match (&stats.method.split, stats.method.split_at) {
+        (Some(split), None | Some(defaults::SPLIT_AT)) => format!(" (left half {split})"),
+        (Some(split), Some(share)) => format!(" (left {:.0} % {split})", 100.0 * share),
+        (None, _) => String::new(),
     };
     // Without a budget the methods are what was asked for.
     let budget = match stats.method.budget {

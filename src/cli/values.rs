@@ -56,6 +56,10 @@ pub(super) fn non_negative(text: &str) -> Result<f64, String> {
     limits::non_negative(number(text)?)
 }
 
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    limits::share(number(text)?)
+}
+
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     limits::finite(number(text)?)
 }

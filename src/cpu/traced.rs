@@ -203,14 +203,10 @@ pub fn picture(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Vec<[f32; 3]> {
         irradiance: plan.scene.light.perpendicular_irradiance(),
     };
     let [width, height] = plan.size.map(|side| side as usize);
-    let left = plan.split.unwrap_or(plan.multiple);
     let opaque = |column: usize| {
-        let method = if column < width / 2 {
-            left
-        } else {
-            plan.multiple
-        };
-        method == Multiple::Brdf
+        plan.parts().any(|([first, end], method)| {
+            method == Multiple::Brdf && (first as usize..end as usize).contains(&column)
+        })
     };
     let mut sum = vec![[0.0_f64; 3]; width * height];
     for frame in 0..plan.frames_averaged {

@@ -146,7 +146,7 @@ impl<'a> Build<'a> {
 }
 
 /// The shaders that `plan` runs and that read textures, on a device that filters as `filter`, in the order of the
-/// frame. Of a split picture, those of both halves.
+/// frame. Of a split picture, those of both parts.
 pub fn stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> {
     let mut stages = scene_stages(plan, filter, shaders);
     // The last frame's encodes as well.

@@ -362,15 +362,7 @@ pub(super) fn parts(plan: &Plan, light_frame: &LightFrame) -> Vec<PartDesc> {
             upsampled: true,
         },
     };
-    let width = plan.size[0];
-    match plan.split {
-        // Two halves of one method are one part, and `exact` sums one part.
-        Some(left) if left != plan.multiple => {
-            vec![
-                part([0, width / 2], left),
-                part([width / 2, width], plan.multiple),
-            ]
-        }
-        _ => vec![part([0, width], plan.multiple)],
-    }
+    plan.parts()
+        .map(|(columns, method)| part(columns, method))
+        .collect()
 }

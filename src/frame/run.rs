@@ -223,7 +223,7 @@ pub fn render(
     renderer.redraw_light = options.redraw_light;
     warn_coarse(plan, &renderer);
     warn_volumes(plan);
-    if options.measure && plan.multiple != Multiple::Exact && plan.split != Some(Multiple::Exact) {
+    if options.measure && plan.methods().all(|method| method != Multiple::Exact) {
         // Drivers compile on first use: a frame that does not count. `exact` is no matter of
         // frame times, and too long to be run twice.
         renderer.render_frames(0..1, &mut |_| ())?;

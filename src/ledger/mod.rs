@@ -94,20 +94,11 @@ pub fn counts(term: &str) -> bool {
 }
 
 /// What `plan` declares on a device that filters as `filter`. With a split picture, the more
-/// expensive half.
+/// expensive part.
 pub fn declared(plan: &Plan, filter: Filter) -> Vec<Declared> {
-    let own = of_method(plan, plan.multiple, filter);
-    match plan.split {
-        Some(left) => {
-            let other = of_method(plan, left, filter);
-            if total(&other) > total(&own) {
-                other
-            } else {
-                own
-            }
-        }
-        None => own,
-    }
+    let parts = plan.methods().map(|method| of_method(plan, method, filter));
+    // Of two that cost the same, the right one, which comes last.
+    parts.max_by_key(|lines| total(lines)).unwrap_or_default()
 }
 
 /// What a frame of `plan` for live display declares: the same, but for how it resolves.

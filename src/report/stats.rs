@@ -124,8 +124,10 @@ pub struct Method {
     pub budget: Option<Budget>,
     /// Method for multiple scattering, such as `samples(30)`.
     pub multiple: String,
-    /// Method of the left half, if it differs.
+    /// Method of the left part, if it differs.
     pub split: Option<String>,
+    /// The share of the picture's width that it draws, in [0, 1], if there is one.
+    pub split_at: Option<f64>,
     /// Single scattering, such as `march(8)`.
     pub single: String,
     /// Whether the specular reflection was added.
@@ -257,6 +259,7 @@ impl Stats {
                 budget: None,
                 multiple: plan.method_name(),
                 split: plan.split.map(|method| method.to_string()),
+                split_at: plan.split.map(|_| plan.split_at),
                 single: plan.single.to_string(),
                 specular: plan.specular,
                 light_map: plan.light_map,

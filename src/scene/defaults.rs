@@ -54,6 +54,9 @@ pub const G: f64 = 0.0;
 /// How many moments of depth does the method `mixture` read? Three are one texture, a fetch a level.
 pub const MOMENTS: u32 = 3;
 
+/// Which share of its width does a split picture draw by the method on its left?
+pub const SPLIT_AT: f64 = 0.5;
+
 /// How many texels has a side of the light map?
 pub const LIGHT_MAP: u32 = 512;
 

@@ -39,7 +39,7 @@ const CAMERA: [&str; 7] = [
     "up",
     "fov",
 ];
-const METHOD: [&str; 18] = [
+const METHOD: [&str; 19] = [
     "fetch_budget",
     "multiple",
     "samples",
@@ -58,6 +58,7 @@ const METHOD: [&str; 18] = [
     "frames_averaged",
     "jitter",
     "split",
+    "split_at",
 ];
 
 const ANIMATION: [&str; 7] = [
@@ -77,7 +78,7 @@ const LIGHT_KEY: [&str; 5] = ["time", "azimuth", "elevation", "irradiance", "col
 const CAMERA_KEY: [&str; 6] = ["time", "azimuth", "elevation", "distance", "target", "fov"];
 
 /// What a fetch budget chooses, so that nothing else may.
-const CHOSEN: [&str; 12] = [
+const CHOSEN: [&str; 13] = [
     "multiple",
     "samples",
     "rings",
@@ -90,6 +91,7 @@ const CHOSEN: [&str; 12] = [
     "single",
     "exits",
     "split",
+    "split_at",
 ];
 
 /// Reads a scene file. Paths in it are relative to its folder.
@@ -432,6 +434,11 @@ fn method(section: &Section, request: &mut Request) -> Result<(), Error> {
     let named = |field: &Field| field.named(Method::named);
     section.read("multiple", named, |v| request.multiple = v)?;
     section.read("split", named, |v| request.split = Some(v))?;
+    section.read(
+        "split_at",
+        |f| f.number(limits::share),
+        |v| request.split_at = v,
+    )?;
     section.read(
         "samples",
         |f| f.whole(limits::samples),
@@ -931,6 +938,7 @@ mod tests {
             [method]
             multiple = \"exact\"
             split = \"brdf\"
+            split_at = 0.25
             samples = 7
             specular = false
             light_map = 128
@@ -961,7 +969,10 @@ mod tests {
             Viewpoint::At { up: DVec3::Y, .. }
         ));
         assert_eq!(request.multiple, Method::Exact);
-        assert_eq!(request.split, Some(Method::Brdf));
+        assert_eq!(
+            (request.split, request.split_at),
+            (Some(Method::Brdf), 0.25)
+        );
         assert_eq!(
             (request.samples, request.light_map, request.frames_averaged),
             (7, 128, Some(3))
@@ -1031,6 +1042,10 @@ mod tests {
             ),
             ("unit = 0\n", &[":1: ", "greater than 0, not 0"]),
             ("background = \"white\"\n", &[":1: ", "\"none\" or #rrggbb"]),
+            (
+                "[method]\nsplit = \"brdf\"\nsplit_at = 1.5\n",
+                &[":3: ", "split_at in [method]", "from 0 to 1, not 1.5"],
+            ),
             ("mesh = \"statu\"\n", &[":1: ", "did you mean \"statue\"?"]),
             (
                 "mesh = \"gone.obj\"\n",

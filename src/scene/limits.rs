@@ -249,6 +249,14 @@ pub fn direction(value: DVec3) -> Result<DVec3, String> {
     }
 }
 
+/// A share of a whole, in [0, 1].
+///
+/// # Errors
+/// The phrase that names the range.
+pub fn share(value: f64) -> Result<f64, String> {
+    number(value, (0.0..=1.0).contains(&value), "from 0 to 1")
+}
+
 /// Elevation in [-90, 90], degrees.
 ///
 /// # Errors

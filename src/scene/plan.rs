@@ -203,10 +203,12 @@ pub struct Plan {
     pub time: f64,
     /// Width and height in pixels, each in [1, 16384].
     pub size: [u32; 2],
-    /// The method of the picture, or of its right half when `split` is given.
+    /// The method of the picture, or of its right part when `split` is given.
     pub multiple: Multiple,
-    /// The method of the left half.
+    /// The method of the left part.
     pub split: Option<Multiple>,
+    /// The share of the picture's width that is left of the divider, in [0, 1]; heeded where `split` is given.
+    pub split_at: f64,
     /// Light scattered once. Where the method is [`Multiple::Brdf`], which knows no transport, there is
     /// none.
     pub single: Single,
@@ -327,12 +329,29 @@ impl Taps {
 }
 
 impl Plan {
-    /// The methods of the picture: one, or those of its two halves.
+    /// The column at which the right part of a split picture begins: that nearest to its share of the width, and of two
+    /// as near the left one. 0 where all is right of it, the width where all is left.
+    pub fn divider(&self) -> u32 {
+        let width = self.size[0];
+        let column = (self.split_at * f64::from(width) - 0.5).ceil();
+        (column as u32).min(width)
+    }
+
+    /// The parts of the picture, from left to right: the first column of each, one past its last, and its method. No part
+    /// is empty, and neighbours differ.
+    pub fn parts(&self) -> impl Iterator<Item = ([u32; 2], Multiple)> {
+        let (width, divider) = (self.size[0], self.divider());
+        let left = self.split.filter(|left| *left != self.multiple);
+        let first = left.map_or(0, |_| divider);
+        let right = ([first, width], self.multiple);
+        let left = left.map(|method| ([0, divider], method));
+        let parts = left.into_iter().chain([right]);
+        parts.filter(|([first, end], _)| first < end)
+    }
+
+    /// The methods of the picture: one, or those of its two parts.
     pub fn methods(&self) -> impl Iterator<Item = Multiple> {
-        self.split
-            .filter(|left| *left != self.multiple)
-            .into_iter()
-            .chain([self.multiple])
+        self.parts().map(|(_, method)| method)
     }
 
     /// The point that positions on the device are relative to, mm: the middle of the mesh, of one that moves over all its
@@ -411,7 +430,7 @@ impl Plan {
         [DVec2::new(at(1), at(2)), DVec2::new(at(3), at(4))]
     }
 
-    /// The method of the picture, or of its right half, in words: with the size it is shaded at, where that is not
+    /// The method of the picture, or of its right part, in words: with the size it is shaded at, where that is not
     /// the picture's.
     pub fn method_name(&self) -> String {
         match self.scattering {

@@ -60,8 +60,10 @@ pub struct Request {
     pub fetch_budget: Option<u32>,
     /// Method for multiple scattering.
     pub multiple: Method,
-    /// Method of the left half, if it differs.
+    /// Method of the left part, if it differs.
     pub split: Option<Method>,
+    /// The share of the picture's width that is left of the divider, in [0, 1], where it is split.
+    pub split_at: f64,
     /// Samples a pixel, for the method that takes them.
     pub samples: u32,
     /// Rings, for the method that takes them.
@@ -157,6 +159,7 @@ impl Request {
             fetch_budget: None,
             multiple: Method::Samples,
             split: None,
+            split_at: defaults::SPLIT_AT,
             samples: defaults::SAMPLES,
             rings: defaults::RINGS,
             moments: defaults::MOMENTS,
@@ -245,6 +248,7 @@ impl Request {
         if let Some(budget) = self.fetch_budget {
             check("fetch_budget", limits::budget(budget.into()).map(drop))?;
         }
+        check("split_at", limits::share(self.split_at).map(drop))?;
         check("samples", limits::samples(self.samples.into()).map(drop))?;
         check("rings", limits::rings(self.rings.into()).map(drop))?;
         check("moments", limits::moments(self.moments.into()).map(drop))?;
@@ -319,6 +323,7 @@ impl Request {
             size: self.size,
             multiple: self.with_parameters(self.multiple),
             split: self.split.map(|method| self.with_parameters(method)),
+            split_at: self.split_at,
             single: match self.single {
                 Single::March(march) => Single::March(March {
                     exits: self.exits,
@@ -478,6 +483,34 @@ mod tests {
             defaults::MATERIAL,
             "the fallback in of_mesh must stay unreachable"
         );
+    }
+
+    #[test]
+    fn the_divider_is_the_nearest_column() {
+        let mut plan = Request::statue().plan().expect("a plan");
+        plan.split = Some(Multiple::Brdf);
+        let mut at = |width, share| {
+            (plan.size[0], plan.split_at) = (width, share);
+            let columns: Vec<_> = plan.parts().map(|(columns, _)| columns).collect();
+            (plan.divider(), columns)
+        };
+        for width in 1..3000 {
+            // Pictures with a default stay what they were.
+            assert_eq!(at(width, defaults::SPLIT_AT).0, width / 2);
+            assert_eq!(at(width, 0.0), (0, vec![[0, width]]));
+            assert_eq!(at(width, 1.0), (width, vec![[0, width]]));
+        }
+        assert_eq!(at(100, 0.25), (25, vec![[0, 25], [25, 100]]));
+        assert_eq!(at(100, 0.254).0, 25);
+        assert_eq!(at(100, 0.256).0, 26);
+        assert_eq!(at(16384, 1.0 - 1e-9), (16384, vec![[0, 16384]]));
+        (plan.split_at, plan.split) = (1.0, Some(plan.multiple));
+        assert_eq!(plan.methods().count(), 1);
+        // A part without columns has no method to be drawn or accounted for.
+        plan.split = Some(Multiple::Exact);
+        assert_eq!(plan.methods().collect::<Vec<_>>(), [Multiple::Exact]);
+        plan.split_at = 0.0;
+        assert_eq!(plan.methods().collect::<Vec<_>>(), [plan.multiple]);
     }
 
     #[test]

@@ -121,6 +121,7 @@ pub fn plan(
         size,
         multiple,
         split: None,
+        split_at: 0.5,
         single: Single::Off,
         scattering: Scattering::Full,
         specular: false,
