@@ -905,3 +905,72 @@ fn a_split_picture() {
     // As in `mixture`.
     agree("at a quarter", &twin, &gpu, 6e-3);
 }
+
+/// A divider that is moved is one that was there from the start, and no part is drawn that has no columns.
+#[test]
+fn a_divider_moves() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    for (left, right) in [
+        (Multiple::Brdf, Multiple::Mixture(Mixture::FOUR)),
+        (Multiple::Samples(8), Multiple::Exact),
+        (Multiple::Exact, Multiple::Rings(5)),
+    ] {
+        let mut plan = marble([60.0, 35.0], right);
+        (plan.split, plan.size, plan.light_map) = (Some(left), [33, 24], 48);
+        plan.single = Single::March(March {
+            steps: 3,
+            exits: Exits::Linear,
+        });
+        let mut renderer =
+            Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
+        for share in [0.3, 0.0, 0.99, 1.0, 0.517, 0.5] {
+            plan.split_at = share;
+            renderer.set_split_at(share);
+            renderer.render(&mut |_| ()).expect("a picture");
+            let moved = renderer.radiance().expect("radiance");
+            let made = device::render(&device, &plan);
+            assert!(moved == made, "{left} and {right} at {share}");
+        }
+        // Beyond the picture is its edge.
+        renderer.set_split_at(7.0);
+        renderer.render(&mut |_| ()).expect("a picture");
+        plan.split_at = 1.0;
+        let made = device::render(&device, &plan);
+        assert!(renderer.radiance().expect("radiance") == made);
+        // What was made as one part stays one.
+        let mut alone =
+            Renderer::new(&device.device, &plan, &Setup::default()).expect("a renderer");
+        alone.set_split_at(0.3);
+        alone.render(&mut |_| ()).expect("a picture");
+        assert!(alone.radiance().expect("radiance") == made);
+    }
+}
+
+/// The same of frames for live display, which the layer watches.
+#[test]
+fn a_divider_moves_between_live_frames() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut plan = marble([60.0, 35.0], Multiple::Mixture(Mixture::THREE));
+    (plan.split, plan.size) = (Some(Multiple::Brdf), [40, 30]);
+    let setup = Setup {
+        live: true,
+        ..Setup::default()
+    };
+    let first = |renderer: &mut Renderer| {
+        renderer.forget_history();
+        renderer.draw_live(0, true).expect("a frame");
+        renderer.radiance().expect("radiance")
+    };
+    let mut renderer = Renderer::new(&device.device, &plan, &setup).expect("a renderer");
+    for (index, share) in [(0, 0.5), (1, 0.0), (2, 1.0), (3, 0.25)] {
+        renderer.set_split_at(share);
+        renderer.draw_live(index, false).expect("a frame");
+    }
+    plan.split_at = 0.25;
+    let mut made = Renderer::new(&device.device, &plan, &setup).expect("a renderer");
+    assert!(first(&mut renderer) == first(&mut made));
+}

@@ -65,6 +65,11 @@ impl ExactPass {
         })
     }
 
+    /// Has the pass add to `columns` of the picture, from the next frame that is recorded; there may be none.
+    pub fn move_to(&mut self, columns: [u32; 2]) {
+        self.columns = columns;
+    }
+
     /// Adds rows `rows` of the light map to lines `lines` of the picture; both end before the
     /// second number.
     pub fn record(
@@ -74,6 +79,9 @@ impl ExactPass {
         rows: [u32; 2],
         lines: [u32; 2],
     ) {
+        if self.columns[0] >= self.columns[1] {
+            return;
+        }
         self.pipeline.bind(commands, &self.sets, slot);
         self.pipeline
             .push(commands, bytemuck::cast_slice(&[self.columns, lines, rows]));

@@ -60,7 +60,7 @@ use crate::ledger::{EXACT_TEXELS, Filter, HALF_SHADE as HALF_SHADE_PASS};
 use crate::optics::sampling::r2;
 use crate::optics::single::PathFit;
 use crate::scene::volume::Volumes;
-use crate::scene::{Jitter, LightFrame, Moment, Plan, Pose, View};
+use crate::scene::{Jitter, LightFrame, Moment, Multiple, Plan, Pose, View};
 use boxes::BoxesPass;
 use deform::DeformPass;
 use exact::ExactPass;
@@ -261,6 +261,27 @@ impl Renderer {
             self.posed = false;
             // The map may lie as it did, but shows another mesh.
             self.drawn = None;
+        }
+    }
+
+    /// Moves the divider of a picture that is split, to `share` of its width, in [0, 1]: the frames that follow have it
+    /// there. It makes nothing on the device, and a part may be left without columns. Live frames go on from their history;
+    /// where it is of the other method it fades.
+    ///
+    /// A picture of one part, that of a plan whose divider leaves the other part empty among them, stays as it is: its
+    /// other method has nothing on the device.
+    pub fn set_split_at(&mut self, share: f64) {
+        if !self.shade.is_divided() {
+            return;
+        }
+        self.plan.split_at = share.clamp(0.0, 1.0);
+        let (column, width) = (self.plan.divider(), self.plan.size[0]);
+        self.shade.divide(column);
+        if let Some(exact) = &mut self.exact {
+            exact.move_to(match self.plan.multiple {
+                Multiple::Exact => [column, width],
+                _ => [0, column],
+            });
         }
     }
 

@@ -184,9 +184,24 @@ impl ShadePass {
         })
     }
 
+    /// Whether the picture has two parts.
+    pub fn is_divided(&self) -> bool {
+        self.parts.len() == 2
+    }
+
+    /// Has the right one of two parts begin at `column`, from the next frame that is recorded. A picture of one part
+    /// stays as it is.
+    pub fn divide(&mut self, column: u32) {
+        if let [left, right] = &mut self.parts[..] {
+            (left.columns[1], right.columns[0]) = (column, column);
+        }
+    }
+
     /// Shades every covered pixel.
     pub fn record(&self, commands: vk::CommandBuffer, slot: usize) {
-        for part in &self.parts {
+        // The divider may have left a part without columns.
+        let seen = |part: &&Part| part.columns[0] < part.columns[1];
+        for part in self.parts.iter().filter(seen) {
             part.pipeline.bind(commands, &part.sets, slot);
             part.pipeline
                 .draw_full_screen(commands, part.columns, self.height);
