@@ -409,6 +409,21 @@ const CASES: &[Case] = &[
         &["s.toml:3", "split_at in [method]", "from 0 to 1, not -1"],
     ),
     case(
+        "a background of two channels",
+        &[("s.toml", b"background = [0, 1]\n")],
+        "render s.toml -o out.png",
+        &["s.toml:1", "background", "3 numbers, not an array of 2"],
+    ),
+    case(
+        "a colour that is neither on nor off",
+        &[(
+            "s.toml",
+            b"[material]\npreset = \"skin1\"\ncolored_by_mesh = \"yes\"\n",
+        )],
+        "render s.toml -o out.png",
+        &["s.toml:3", "colored_by_mesh in [material]", "true or false"],
+    ),
+    case(
         "samples out of range",
         &[],
         "render --samples 257 -o out.png",

@@ -28,7 +28,15 @@ const TOP: [&str; 11] = [
     "name",
     "animation",
 ];
-const MATERIAL: [&str; 6] = ["preset", "sigma_s", "sigma_a", "eta", "g", "roughness"];
+const MATERIAL: [&str; 7] = [
+    "preset",
+    "sigma_s",
+    "sigma_a",
+    "eta",
+    "g",
+    "roughness",
+    "colored_by_mesh",
+];
 const LIGHT: [&str; 4] = ["azimuth", "elevation", "irradiance", "color"];
 const CAMERA: [&str; 7] = [
     "azimuth",
@@ -141,8 +149,7 @@ pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Request, Error> {
     )?;
     top.read("background", Field::background, |v| request.background = v)?;
     if let Some(field) = top.get("material") {
-        request.material = field.material()?;
-        request.colored_by_mesh = false;
+        (request.material, request.colored_by_mesh) = field.material()?;
     }
     if let Some(section) = top.section("light", &LIGHT)? {
         light(&section, &mut request.light)?;
@@ -774,11 +781,13 @@ impl<'a> Field<'a> {
     }
 
     fn background(&self) -> Result<Option<[f64; 3]>, Error> {
-        match self.text()? {
-            "none" => Ok(None),
-            hex => color::parse_hex(hex)
+        match self.value.get_ref() {
+            DeValue::String(text) if text == "none" => Ok(None),
+            DeValue::String(hex) => color::parse_hex(hex)
                 .map(Some)
                 .map_err(|phrase| self.error(&phrase.replace("must be", "must be \"none\" or"))),
+            DeValue::Array(_) => self.vector(limits::color).map(|c| Some(c.to_array())),
+            _ => Err(self.must_be("\"none\", \"#rrggbb\" or [r, g, b] in linear light")),
         }
     }
 
@@ -808,9 +817,10 @@ impl<'a> Field<'a> {
         Ok(MeshSource::File(path))
     }
 
-    fn material(&self) -> Result<Material, Error> {
+    /// The material, and whether a colour in the mesh file takes its place.
+    fn material(&self) -> Result<(Material, bool), Error> {
         let table = match self.value.get_ref() {
-            DeValue::String(name) => return self.checked_preset(name),
+            DeValue::String(name) => return Ok((self.checked_preset(name)?, false)),
             DeValue::Table(table) => table,
             _ => return Err(self.must_be("a preset's name or a table [material]")),
         };
@@ -824,6 +834,7 @@ impl<'a> Field<'a> {
         let eta = section.value("eta", |f| f.number(limits::eta))?;
         let g = section.value("g", |f| f.number(limits::g))?;
         let roughness = section.value("roughness", |f| f.number(limits::roughness))?;
+        let colored = section.value("colored_by_mesh", Field::truth)?;
         let overridden = sigma_s.is_some() || sigma_a.is_some() || eta.is_some() || g.is_some();
         let base = match (preset, sigma_s, sigma_a) {
             (Some(preset), ..) => preset,
@@ -839,7 +850,7 @@ impl<'a> Field<'a> {
                 return Err(self.error("needs sigma_s and sigma_a, or a preset to start from"));
             }
         };
-        Ok(Material {
+        let material = Material {
             name: if overridden {
                 "custom".to_owned()
             } else {
@@ -850,7 +861,8 @@ impl<'a> Field<'a> {
             eta: eta.unwrap_or(base.eta),
             g: g.unwrap_or(base.g),
             roughness: roughness.unwrap_or(base.roughness),
-        })
+        };
+        Ok((material, colored.unwrap_or(false)))
     }
 
     fn checked_preset(&self, name: &str) -> Result<Material, Error> {
@@ -1042,6 +1054,18 @@ mod tests {
             ),
             ("unit = 0\n", &[":1: ", "greater than 0, not 0"]),
             ("background = \"white\"\n", &[":1: ", "\"none\" or #rrggbb"]),
+            (
+                "background = 3\n",
+                &[":1: ", "[r, g, b] in linear light, not 3"],
+            ),
+            (
+                "background = [0, 0, -1]\n",
+                &[":1: ", "0 or greater", "not -1"],
+            ),
+            (
+                "[material]\npreset = \"skin1\"\ncolored_by_mesh = 1\n",
+                &[":3: ", "true or false, not 1"],
+            ),
             (
                 "[method]\nsplit = \"brdf\"\nsplit_at = 1.5\n",
                 &[":3: ", "split_at in [method]", "from 0 to 1, not 1.5"],
