@@ -81,6 +81,26 @@ impl Kind {
             )),
         }
     }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Twist => "twist",
+            Kind::Bend => "bend",
+            Kind::Breathe => "breathe",
+            Kind::Wave => "wave",
+        }
+    }
+
+    /// Whether it moves towards a direction of its own.
+    pub(super) fn has_direction(self) -> bool {
+        matches!(self, Kind::Bend | Kind::Wave)
+    }
+
+    /// Whether it has a wavelength.
+    pub(super) fn has_length(self) -> bool {
+        self == Kind::Wave
+    }
 }
 
 /// A deformer at one instant, on one mesh: a map of space.

@@ -210,12 +210,8 @@ fn deformer(section: &Section) -> Result<Deformer, Error> {
     let kind = section.required("kind", |f| f.named(Kind::named))?;
     let amplitude = section.required("amplitude", |f| f.number(|v| kind.amplitude(v)))?;
     let idle = [
-        (
-            "towards",
-            matches!(kind, Kind::Bend | Kind::Wave),
-            "a bend or a wave",
-        ),
-        ("wavelength", kind == Kind::Wave, "a wave"),
+        ("towards", kind.has_direction(), "a bend or a wave"),
+        ("wavelength", kind.has_length(), "a wave"),
     ];
     for (key, used, of) in idle {
         if let Some(field) = section.get(key).filter(|_| !used) {

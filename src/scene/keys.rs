@@ -48,6 +48,16 @@ impl Ease {
             )),
         }
     }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Ease::Step => "step",
+            Ease::Linear => "linear",
+            Ease::Smooth => "smooth",
+            Ease::Spline => "spline",
+        }
+    }
 }
 
 impl<const N: usize> Track<N> {

@@ -28,6 +28,7 @@ pub mod pyramid;
 pub mod request;
 pub mod sequence;
 pub mod volume;
+mod written;
 
 pub use bundled::Bundled;
 pub use camera::{Camera, View};
