@@ -48,6 +48,10 @@ const SHADERS: &[(&str, &str, &[&str])] = &[
         "live nearest",
         &["ENCODE", "LIVE", "NO_LINEAR"],
     ),
+    // The window.
+    ("compose.frag", "", &[]),
+    ("panel.vert", "", &[]),
+    ("panel.frag", "", &[]),
 ];
 
 /// The shaders that shade, by their method for multiple scattering.

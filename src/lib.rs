@@ -10,6 +10,7 @@
 //! - [`frame`]: the renderer; its front page is the frame
 //! - [`ledger`]: what each pass fetches
 //! - [`report`]: images, comparisons, statistics
+//! - [`view`]: the window
 //! - [`cli`]: the command line
 
 #![warn(missing_docs)]
@@ -22,3 +23,4 @@ pub mod ledger;
 pub mod optics;
 pub mod report;
 pub mod scene;
+pub mod view;

@@ -162,7 +162,9 @@ fn request() -> Request {
 }
 
 fn plan_of(model: &Model, request: &Request) -> (Plan, Arc<Motion>) {
-    let plan = request.plan_of(model.clone()).expect("a plan");
+    let plan = request
+        .plan_of(&std::sync::Arc::new(model.clone()))
+        .expect("a plan");
     let motion = plan.motion.clone().expect("a motion");
     (plan, motion)
 }

@@ -87,9 +87,15 @@ fn layers_import_downwards_only() {
         ),
         ("report", &["report", "scene", "ledger"]),
         (
+            "view",
+            &[
+                "view", "frame", "scene", "report", "ledger", "optics", "gpu", "cpu",
+            ],
+        ),
+        (
             "cli",
             &[
-                "cli", "frame", "scene", "report", "ledger", "optics", "gpu", "cpu",
+                "cli", "view", "frame", "scene", "report", "ledger", "optics", "gpu", "cpu",
             ],
         ),
     ];

@@ -16,6 +16,7 @@ mod picture;
 mod progress;
 mod render;
 mod values;
+mod view;
 
 use crate::frame;
 use crate::report::{Format, Output};
@@ -65,6 +66,7 @@ impl Exit {
 Examples:
   marmor render -o statue.png
   marmor render scene.toml --material skin1 --light 150,20 -o skin.png
+  marmor view --multiple mixture
   marmor render --multiple exact -o truth.exr
   marmor compare truth.exr fast.exr --max-rr 0.05
   marmor fetches --multiple mixture --budget 20
@@ -135,6 +137,7 @@ struct Global {
 #[derive(Subcommand, Debug)]
 enum Command {
     Render(Box<render::Arguments>),
+    View(Box<view::Arguments>),
     Animate(Box<animate::Arguments>),
     Compare(compare::Arguments),
     Fetches(Box<fetches::Arguments>),
@@ -167,6 +170,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     log(&cli.global);
     let result = match &cli.command {
         Command::Render(arguments) => render::run(&cli.global, arguments),
+        Command::View(arguments) => view::run(&cli.global, arguments),
         Command::Animate(arguments) => animate::run(&cli.global, arguments),
         Command::Fetches(arguments) => fetches::run(&cli.global, arguments),
         Command::Compare(arguments) => compare::run(arguments),

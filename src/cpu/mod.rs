@@ -3,6 +3,7 @@
 //! Each module bears the name of the pass and of the shader that it repeats.
 
 pub mod boxes;
+pub mod compose;
 pub mod deform;
 pub mod light;
 pub mod raster;

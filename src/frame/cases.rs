@@ -6,7 +6,7 @@ use super::probe::{FetchCost, Probe};
 use super::run::{Error, Options, check_fit, open_device};
 use super::{Renderer, SHADE_PASS, Setup, Shaders, filter_of};
 use crate::gpu::Device;
-use crate::ledger::{self, Declared, HALF_SHADE, HALF_SHARE, INPUT, TEXEL};
+use crate::ledger::{self, Declared, Filter, HALF_SHADE, HALF_SHARE, INPUT, TEXEL};
 use crate::scene::pyramid::Atlas;
 use crate::scene::{Multiple, Plan};
 
@@ -196,45 +196,75 @@ impl Session {
 
     /// What `pass` reads in a frame, and what that takes by the probe.
     fn reads(&self, plan: &Plan, declared: &[Declared], pass: &str, covered: f64) -> Pass {
-        let [width, height] = plan.size.map(f64::from);
-        let mut sum = Pass {
-            pass: String::new(),
-            milliseconds: Vec::new(),
-            fetches: 0.0,
-            bytes: 0.0,
-            floor: None,
-            invocations: None,
-        };
-        let costs = self.probe.costs();
-        for line in declared {
-            if line.pass != pass || line.term == INPUT {
-                continue;
-            }
-            let Some(access) = line.access(self.filter()) else {
-                continue;
-            };
-            let times = match (line.term, pass) {
-                (TEXEL, _) => texels(plan, line),
-                (_, "resolve") => width * height,
-                // As many as its pixels lie over, but for edges.
-                (_, HALF_SHADE) => covered / f64::from(HALF_SHARE),
-                _ => covered,
-            };
-            let fetches = f64::from(line.per_pixel) * times;
-            sum.fetches += fetches;
-            sum.bytes += fetches * f64::from(access.bytes() * access.texels());
-            let cost = costs.iter().find(|cost| cost.access == access);
-            // The rounds before this case and after it: the machine as it was meanwhile.
-            let cost = cost.and_then(|cost| {
-                let last = cost.nanoseconds.iter().rev().take(2 * ROUNDS as usize);
-                median(last.copied().collect())
-            });
-            if let Some(cost) = cost {
-                *sum.floor.get_or_insert(0.0) += 1e-6 * fetches * cost;
-            }
-        }
-        sum
+        reads(
+            plan,
+            declared,
+            pass,
+            covered,
+            self.filter(),
+            &self.probe.costs(),
+        )
     }
+}
+
+/// What the fetches of `pass` alone take in a frame of `plan` that covers so many pixels, by the prices that a probe has
+/// found, ms; none of a pass that reads nothing that has a price.
+pub fn floor(
+    plan: &Plan,
+    declared: &[Declared],
+    pass: &str,
+    covered: f64,
+    filter: Filter,
+    costs: &[FetchCost],
+) -> Option<f64> {
+    reads(plan, declared, pass, covered, filter, costs).floor
+}
+
+fn reads(
+    plan: &Plan,
+    declared: &[Declared],
+    pass: &str,
+    covered: f64,
+    filter: Filter,
+    costs: &[FetchCost],
+) -> Pass {
+    let [width, height] = plan.size.map(f64::from);
+    let mut sum = Pass {
+        pass: String::new(),
+        milliseconds: Vec::new(),
+        fetches: 0.0,
+        bytes: 0.0,
+        floor: None,
+        invocations: None,
+    };
+    for line in declared {
+        if line.pass != pass || line.term == INPUT {
+            continue;
+        }
+        let Some(access) = line.access(filter) else {
+            continue;
+        };
+        let times = match (line.term, pass) {
+            (TEXEL, _) => texels(plan, line),
+            (_, "resolve") => width * height,
+            // As many as its pixels lie over, but for edges.
+            (_, HALF_SHADE) => covered / f64::from(HALF_SHARE),
+            _ => covered,
+        };
+        let fetches = f64::from(line.per_pixel) * times;
+        sum.fetches += fetches;
+        sum.bytes += fetches * f64::from(access.bytes() * access.texels());
+        let cost = costs.iter().find(|cost| cost.access == access);
+        // The rounds before this case and after it: the machine as it was meanwhile.
+        let cost = cost.and_then(|cost| {
+            let last = cost.nanoseconds.iter().rev().take(2 * ROUNDS as usize);
+            median(last.copied().collect())
+        });
+        if let Some(cost) = cost {
+            *sum.floor.get_or_insert(0.0) += 1e-6 * fetches * cost;
+        }
+    }
+    sum
 }
 
 /// The middle of `values`, or the mean of the two in the middle; none of none.

@@ -77,6 +77,7 @@ impl HistoryPass {
             colors: 2,
             subpass: 0,
             constants: &CONSTANTS,
+            blends: false,
         };
         // Passes onto either mean are compatible.
         let pipeline = GraphicsPipeline::new(device, &desc, &targets[0], &sets[0])?;

@@ -93,6 +93,7 @@ impl LightPass {
                 colors: colors.len(),
                 subpass: 0,
                 constants: &[],
+                blends: false,
             },
             &pass,
             &sets,

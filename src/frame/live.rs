@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::history::HistoryPass;
 use super::{FRAMES_IN_FLIGHT, Moment, PASSES, Renderer};
-use crate::gpu::{self, Buffer, Image};
+use crate::gpu::{self, Buffer, Image, Use};
 use crate::scene::View;
 
 /// What live display has besides, and what it remembers of the frame before.
@@ -53,6 +53,11 @@ impl Renderer {
             self.record_readback(commands, slot, done);
         }
         self.submit(slot)?;
+        self.display_left = Some(if read {
+            Use::COPY_SOURCE
+        } else {
+            Use::COLOR_WRITE
+        });
         self.end_live(read);
         if read {
             for slot in 0..FRAMES_IN_FLIGHT {

@@ -63,14 +63,9 @@ impl Renderer {
         let (center, radius) = (plan.center(), plan.radius());
         let moving = plan.motion.as_ref().filter(|motion| motion.deforms());
         let light_frame = plan.light_frame();
-        let taps = plan.methods().find_map(|method| match method {
-            Multiple::Mixture(mixture) => Some(plan.taps(mixture, &light_frame)),
-            _ => None,
-        });
-        let pyramid = taps.as_ref().map(|taps| PyramidDesc {
-            levels: taps.span(0..taps.moments()),
-            fourth: (!taps.fourth.is_empty()).then(|| taps.span(taps.fourth.clone())),
-        });
+        let taps = taps(plan, &light_frame);
+        let built = Built::of(plan, &light_frame, taps.as_ref(), is_closed(plan));
+        let pyramid = &built.pyramid;
 
         let slots = (0..FRAMES_IN_FLIGHT)
             .map(|i| Slot::new(device, &format!("frame {i}")))
@@ -150,7 +145,7 @@ impl Renderer {
             )
         };
 
-        let parts = parts(plan, &light_frame);
+        let parts = built.parts.clone();
         let exact_columns = parts
             .iter()
             .find(|part| part.method == Multiple::Exact)
@@ -164,14 +159,8 @@ impl Renderer {
         )?;
         // Back faces of a solid are seen by no one who is outside, and by the light never. They are as many
         // as the others.
-        let solid = match moving {
-            // What moves stays closed; shapes may differ.
-            Some(motion) if motion.model.shapes.len() > 1 => {
-                motion.model.shapes.iter().all(Mesh::is_solid)
-            }
-            _ => mesh.is_solid(),
-        };
-        let light = LightPass::new(device, &uniforms, &map, solid)?;
+        let [light_solid, solid] = built.solid;
+        let light = LightPass::new(device, &uniforms, &map, light_solid)?;
         let reduce = map
             .pyramid
             .as_ref()
@@ -185,11 +174,7 @@ impl Renderer {
             .as_ref()
             .map(|light| VolumePass::new(device, &map.moments, light, build))
             .transpose()?;
-        let solid = match &plan.motion {
-            Some(motion) => motion.seen_from_outside && solid,
-            None => mesh.is_solid_from(plan.scene.camera.eye),
-        };
-        let half_parts = half_parts(plan, &light_frame);
+        let half_parts = built.half_parts.clone();
         let half = (!half_parts.is_empty())
             .then(|| {
                 let size = plan.size.map(|side| side.div_ceil(2));
@@ -231,8 +216,7 @@ impl Renderer {
             .transpose()?;
         // Of a renderer for live display the live frames are counted.
         let mean_build = if live { Build::Plain } else { build };
-        let averages = plan.frames_averaged > 1;
-        let resolve = ResolvePass::new(device, &uniforms, &canvas, averages, mean_build)?;
+        let resolve = ResolvePass::new(device, &uniforms, &canvas, built.averages, mean_build)?;
         let live = match motion {
             Some(motion) => Some(Live {
                 pass: HistoryPass::new(
@@ -277,6 +261,7 @@ impl Renderer {
             map,
             boxes,
             volumes,
+            built,
             levels,
             volume_places,
             kept,
@@ -293,7 +278,10 @@ impl Renderer {
             posed: false,
             drawn: None,
             pending: vec![false; FRAMES_IN_FLIGHT],
+            display_left: None,
             pass_totals: [0.0; PASSES.len()],
+            last_times: [None; PASSES.len()],
+            last_invocations: [None; PASSES.len()],
             frames: 0,
             light_draws: 0,
             deforms: 0,
@@ -304,6 +292,131 @@ impl Renderer {
             counters,
             device: Arc::clone(device),
         })
+    }
+}
+
+/// What the images, buffers and pipelines of a plan depend on. Plans for which it is the same, and the mesh, differ in
+/// uniforms alone.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Built {
+    size: [u32; 2],
+    light_map: u32,
+    pyramid: Option<PyramidDesc>,
+    volumes: Option<VolumesBuilt>,
+    parts: Vec<PartDesc>,
+    half_parts: Vec<PartDesc>,
+    specular: bool,
+    averages: bool,
+    // Whether the light, and the camera, see front faces alone.
+    solid: [bool; 2],
+}
+
+/// What the images and pipelines of volumes depend on.
+#[derive(Clone, Debug, PartialEq)]
+struct VolumesBuilt {
+    image: [u32; 3],
+    cells: [u64; 2],
+    radii: Vec<usize>,
+}
+
+impl Built {
+    /// Of `plan`, whose mixture, if it has one, has `taps` on a map in `light_frame`, and whose mesh is `closed`
+    /// ([`is_closed`]).
+    fn of(plan: &Plan, light_frame: &LightFrame, taps: Option<&Taps>, closed: bool) -> Built {
+        let outside = match &plan.motion {
+            Some(motion) => motion.seen_from_outside,
+            None => plan.scene.mesh.is_outside(plan.scene.camera.eye),
+        };
+        let volumes = taps.and_then(|taps| taps.volumes.as_ref());
+        Built {
+            size: plan.size,
+            light_map: plan.light_map,
+            pyramid: taps.map(|taps| PyramidDesc {
+                levels: taps.span(0..taps.moments()),
+                fourth: (!taps.fourth.is_empty()).then(|| taps.span(taps.fourth.clone())),
+            }),
+            volumes: volumes.map(|volumes| VolumesBuilt {
+                image: volumes.image,
+                cells: [volumes.light_cells(), volumes.cells()],
+                radii: volumes.volumes.iter().map(|v| v.weights.len()).collect(),
+            }),
+            parts: parts(plan, light_frame),
+            half_parts: half_parts(plan, light_frame),
+            specular: plan.specular,
+            averages: plan.frames_averaged > 1,
+            solid: [closed, closed && outside],
+        }
+    }
+}
+
+/// What the mixture of `plan`, if it has one, taps in a map in `light_frame`.
+fn taps(plan: &Plan, light_frame: &LightFrame) -> Option<Taps> {
+    plan.methods().find_map(|method| match method {
+        Multiple::Mixture(mixture) => Some(plan.taps(mixture, light_frame)),
+        _ => None,
+    })
+}
+
+/// Whether the mesh of `plan` encloses solids, in all its shapes. What moves stays closed.
+fn is_closed(plan: &Plan) -> bool {
+    match plan.motion.as_ref().filter(|motion| motion.deforms()) {
+        Some(motion) if motion.model.shapes.len() > 1 => {
+            motion.model.shapes.iter().all(Mesh::is_solid)
+        }
+        _ => plan.scene.mesh.is_solid(),
+    }
+}
+
+impl Renderer {
+    /// Draws `plan` from the next frame on, if all that was made on the device serves it, too: if it differs in nothing but
+    /// light, camera, time, divider, coefficients of the material, exposure and background, and these change no level, no pipeline
+    /// and no image. Returns whether it does; if not, it goes on as before, and `plan` needs a renderer of its own.
+    pub fn adopt(&mut self, plan: &Plan) -> bool {
+        let deforming = |plan: &Plan| plan.motion.clone().filter(|motion| motion.deforms());
+        let same_mesh = match (deforming(&self.plan), deforming(plan)) {
+            (Some(own), Some(new)) => Arc::ptr_eq(&own, &new) || own.model == new.model,
+            // Its vertices were uploaded relative to the centre.
+            (None, None) => self.center == plan.center() && self.plan.scene.mesh == plan.scene.mesh,
+            _ => false,
+        };
+        if !same_mesh {
+            return false;
+        }
+        let light_frame = plan.light_frame();
+        let taps = taps(plan, &light_frame);
+        let mut built = Built::of(plan, &light_frame, taps.as_ref(), self.built.solid[0]);
+        // Where the divider stands is no matter of pipelines.
+        for (new, own) in built.parts.iter_mut().zip(&self.built.parts) {
+            new.columns = own.columns;
+        }
+        if built != self.built {
+            return false;
+        }
+        if let (Some(taps), Some(pyramid)) = (&taps, &self.map.pyramid) {
+            self.levels = LevelTable::new(taps, light_frame.z_half, &pyramid.atlas);
+            self.volume_places = VolumeTable::new(taps, &light_frame);
+            self.kept = taps.kept();
+            if let (Some(light), Some(volumes)) = (&mut self.volumes, &taps.volumes) {
+                light.desc.clone_from(volumes);
+            }
+        }
+        let eta = plan.scene.material.eta;
+        if eta != self.plan.scene.material.eta {
+            self.path = PathFit::new(eta);
+            // The map holds what enters through the surface.
+            self.drawn = None;
+        }
+        if let Some(motion) = deforming(plan) {
+            let pose = Some(motion.pose(plan.time));
+            if pose != self.pose || self.center != plan.center() {
+                (self.pose, self.posed, self.drawn) = (pose, false, None);
+            }
+        }
+        (self.center, self.radius) = (plan.center(), plan.radius());
+        self.light_frame = light_frame;
+        self.plan.clone_from(plan);
+        self.set_split_at(plan.split_at);
+        true
     }
 }
 

@@ -8,6 +8,7 @@ mod boxes;
 mod boxes_ways;
 mod capture;
 pub mod cases;
+pub mod compose;
 mod deform;
 mod exact;
 mod fetches;
@@ -18,6 +19,8 @@ mod light;
 mod live;
 mod make;
 pub mod measure;
+pub mod panel;
+pub mod present;
 pub mod probe;
 mod reduce;
 mod resolve;
@@ -48,8 +51,8 @@ pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use fetches::{Shaders, live_stages, stages};
 pub use run::{
-    Animator, Counted, DeviceInfo, Error, Options, Picture, count, devices, filter, open_device,
-    render,
+    Animator, Counted, DeviceInfo, Error, Options, Picture, check_fit, count, devices, filter,
+    open_device, open_window, render,
 };
 
 use crate::gpu::{
@@ -129,6 +132,12 @@ const DRAWS: [u32; 8] = [
 /// The passes that are subpasses of a camera: back faces, G-buffer and shading.
 const CAMERAS: [[u32; 3]; 2] = [[HALF_BACK, HALF_VIEW, HALF_SHADE], [BACK, VIEW, SHADE]];
 
+/// Whatever the display image was used for, once it is written anew.
+const DISPLAYED: Use = Use::COLOR_WRITE
+    .and(Use::COPY_SOURCE)
+    .and(Use::FRAGMENT_SAMPLE)
+    .discarding();
+
 /// The name of the pass that shades.
 const SHADE_PASS: &str = "shade";
 
@@ -189,6 +198,7 @@ pub struct Renderer {
     map: LightMap,
     boxes: Option<Boxes>,
     volumes: Option<Light>,
+    built: make::Built,
     levels: LevelTable,
     volume_places: VolumeTable,
     kept: f64,
@@ -207,7 +217,12 @@ pub struct Renderer {
     // Where the map lay when it was last drawn: all that may change it.
     drawn: Option<LightFrame>,
     pending: Vec<bool>,
+    // How the display image was left; none before it was written.
+    display_left: Option<Use>,
     pass_totals: [f64; PASSES.len()],
+    // Of the frame that was collected last.
+    last_times: [Option<f64>; PASSES.len()],
+    last_invocations: [Option<u64>; PASSES.len()],
     frames: u32,
     light_draws: u32,
     deforms: u32,
@@ -325,27 +340,8 @@ impl Renderer {
         let start = Instant::now();
         for index in range {
             let done = index - first;
-            let slot = done as usize % FRAMES_IN_FLIGHT;
-            self.collect(slot)?;
-            self.write_uniforms(slot, index, done)?;
-
-            let mut commands = self.start(slot)?;
-            self.posed &= !self.redraw_light;
-            if self.poses(slot)? {
-                self.record_deform(commands, slot, [false, true]);
-            }
-            if self.draws_light(index) {
-                self.record_light(commands, slot);
-            }
-            self.record_scene(commands, slot);
-            if self.exact.is_some() {
-                commands = self.sum_exact(slot, done, progress)?;
-            }
-            self.record_resolve(commands, slot, done, done + 1 == frames);
-            if done + 1 == frames {
-                self.record_readback(commands, slot, done);
-            }
-            self.submit(slot)?;
+            let last = done + 1 == frames;
+            self.average(index, done, [last; 2], progress)?;
             progress(Progress::Frame {
                 done: done + 1,
                 of: frames,
@@ -355,6 +351,92 @@ impl Renderer {
             self.collect(slot)?;
         }
         Ok(start.elapsed() / frames.max(1))
+    }
+
+    /// Draws frame `index` of the plan's average onto the mean of those before it, which were drawn one by one, 0 first, and
+    /// encodes the mean so far. It waits only for the frame before the last one. What [`Renderer::render`] draws with as
+    /// many frames is the same, bit for bit.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn accumulate(&mut self, index: u32) -> gpu::Result<()> {
+        if index == 0 {
+            self.leave_live()?;
+        }
+        self.frames = index + 1;
+        self.average(index, index, [true, false], &mut |_| ())
+    }
+
+    /// Draws frame `index` as the one after `done` others of a mean; if it `encodes`, also for display; if it is to be
+    /// `read`, to the host, too.
+    fn average(
+        &mut self,
+        index: u32,
+        done: u32,
+        [encodes, read]: [bool; 2],
+        progress: &mut dyn FnMut(Progress),
+    ) -> gpu::Result<()> {
+        let slot = done as usize % FRAMES_IN_FLIGHT;
+        self.collect(slot)?;
+        self.write_uniforms(slot, index, done)?;
+
+        let mut commands = self.start(slot)?;
+        self.posed &= !self.redraw_light;
+        if self.poses(slot)? {
+            self.record_deform(commands, slot, [false, true]);
+        }
+        if self.draws_light(index) {
+            self.record_light(commands, slot);
+        }
+        self.record_scene(commands, slot);
+        if self.exact.is_some() {
+            commands = self.sum_exact(slot, done, progress)?;
+        }
+        self.record_resolve(commands, slot, done, encodes);
+        if read {
+            self.record_readback(commands, slot, done);
+        }
+        self.submit(slot)?;
+        if encodes {
+            self.display_left = Some(if read {
+                Use::COPY_SOURCE
+            } else {
+                Use::COLOR_WRITE
+            });
+        }
+        Ok(())
+    }
+
+    /// Reads the mean and the display image back, as the frame after `done` others of an average has left them: then
+    /// [`Renderer::radiance`] and [`Renderer::display`] are of it. It waits for the device.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    #[rustfmt::skip] // A barrier is read as a sentence.
+    pub fn read_mean(&mut self, done: u32) -> gpu::Result<()> {
+        let slot = (done as usize + 1) % FRAMES_IN_FLIGHT;
+        self.collect(slot)?;
+        let commands = self.start(slot)?;
+        if let Some(left) = self.display_left.replace(Use::COPY_SOURCE) {
+            barrier::image(
+                &self.device, commands, c"layout: the readback finds it as resolve leaves it",
+                &self.canvas.display, left, Use::COLOR_WRITE,
+            );
+        }
+        self.record_readback(commands, slot, done);
+        barrier::image(
+            &self.device, commands, c"layout: the next frame goes on from the mean as if nobody had read it",
+            &self.canvas.means[mean_of(done)], Use::COPY_SOURCE, Use::COLOR_WRITE,
+        );
+        // Its stamps are of no frame.
+        self.slots[slot].submit()?;
+        self.slots[slot].wait()
+    }
+
+    /// How the display image was left, where it is not left to be sampled; it will be.
+    fn take_display(&mut self) -> Option<Use> {
+        let left = self.display_left.replace(Use::FRAGMENT_SAMPLE);
+        left.filter(|&left| left != Use::FRAGMENT_SAMPLE)
     }
 
     /// Renders and averages frames 0 and 1 in one submit.
@@ -781,20 +863,21 @@ impl Renderer {
     fn record_resolve(&self, commands: vk::CommandBuffer, slot: usize, done: u32, last: bool) {
         let canvas = &self.canvas;
         let (old, new) = (&canvas.means[mean_of(done + 1)], &canvas.means[mean_of(done)]);
-        // The first frame begins anew: nothing is pending on the images, and nothing in them counts.
-        let written = if done == 0 { Use::DISCARD } else { Use::COLOR_WRITE };
+        // The first frame begins anew: it finds both as the last average has left them, and nothing in them counts.
+        let any = Use::COLOR_WRITE.and(Use::FRAGMENT_SAMPLE).and(Use::COPY_SOURCE).discarding();
+        let [written, sampled] = if done == 0 { [any; 2] } else { [Use::COLOR_WRITE, Use::FRAGMENT_SAMPLE.discarding()] };
         barrier::image(
             &self.device, commands, c"RAW: the mean goes on from the previous frame",
             old, written, Use::FRAGMENT_SAMPLE,
         );
         barrier::image(
             &self.device, commands, c"WAR: the previous frame goes on from the mean before it",
-            new, Use::FRAGMENT_SAMPLE.discarding(), Use::COLOR_WRITE,
+            new, sampled, Use::COLOR_WRITE,
         );
         if last {
             barrier::image(
-                &self.device, commands, c"WAW: a frame before this one encodes the display image",
-                &canvas.display, Use::COLOR_WRITE.discarding(), Use::COLOR_WRITE,
+                &self.device, commands, c"WAW, WAR: a frame before this one encodes the display image, which was copied or shown",
+                &canvas.display, DISPLAYED, Use::COLOR_WRITE,
             );
         }
         self.begin(commands, slot, RESOLVE);
@@ -821,8 +904,8 @@ impl Renderer {
             new, sampled, Use::COLOR_WRITE,
         );
         barrier::image(
-            &self.device, commands, c"WAW, WAR: the previous frame encodes the display image, and it may have been copied",
-            &canvas.display, Use::COLOR_WRITE.and(Use::COPY_SOURCE).discarding(), Use::COLOR_WRITE,
+            &self.device, commands, c"WAW, WAR: the previous frame encodes the display image, which was copied or shown",
+            &canvas.display, DISPLAYED, Use::COLOR_WRITE,
         );
         self.begin(commands, slot, RESOLVE);
         live.pass.record(commands, slot, mean_of(done));
@@ -903,7 +986,12 @@ impl Renderer {
         self.slots[slot].wait()?;
         if std::mem::take(&mut self.pending[slot]) {
             for (pass, total) in (0..).zip(&mut self.pass_totals) {
-                *total += self.stamps[slot].milliseconds(pass).unwrap_or(0.0);
+                let time = self.stamps[slot].milliseconds(pass);
+                *total += time.unwrap_or(0.0);
+                self.last_times[pass as usize] = time;
+                let statistics = self.statistics.get(slot);
+                let counted = statistics.filter(|_| DRAWS.contains(&pass) && time.is_some());
+                self.last_invocations[pass as usize] = counted.and_then(|s| s.invocations(pass));
             }
         }
         Ok(())
@@ -929,6 +1017,17 @@ impl Renderer {
                 }
             })
             .collect()
+    }
+
+    /// Of each pass that ran in the last frame that is known to be done: its name, its device time (ms), and how often its
+    /// fragment shader ran, where [`Renderer::invocations`] knows.
+    pub fn last_passes(&self) -> Vec<(&'static str, f64, Option<u64>)> {
+        let passes = PASSES
+            .iter()
+            .zip(self.last_times)
+            .zip(self.last_invocations);
+        let ran = passes.filter_map(|(((name, _), time), count)| Some((*name, time?, count)));
+        ran.collect()
     }
 
     /// How often the fragment shader of `pass` ran in the last frame; none where it does not measure, where the device

@@ -213,6 +213,7 @@ impl Kind {
                 colors: 1,
                 subpass: 0,
                 constants: &[reads],
+                blends: false,
             };
             GraphicsPipeline::new(device, &desc, pass, &sets)
         };

@@ -77,6 +77,7 @@ impl ResolvePass {
                 colors: 1 + usize::from(encode),
                 subpass: 0,
                 constants: &[u32::from(history)],
+                blends: false,
             };
             // Passes onto either mean are compatible.
             GraphicsPipeline::new(device, &desc, &targets[0][usize::from(encode)], &sets[0])

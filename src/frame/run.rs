@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ash::vk;
+use raw_window_handle::RawDisplayHandle;
 
 use super::deform::DeformPass;
 use super::geometry::{Geometry, VERTEX_STRIDE};
 use super::{PassTime, Progress, Renderer, Setup, Shaders};
-use crate::gpu::{self, Candidate, Device, Instance};
+use crate::gpu::{self, Candidate, Device, Handles, Instance, Surface};
 use crate::ledger::{self, Filter, Ledger};
 use crate::scene::pyramid::Atlas;
 use crate::scene::{Motion, Multiple, Plan, Scattering, limits};
@@ -105,10 +106,18 @@ pub struct Picture {
 }
 
 fn instance(options: &Options) -> Result<Arc<Instance>, Error> {
+    instance_on(options, None)
+}
+
+fn instance_on(
+    options: &Options,
+    display: Option<RawDisplayHandle>,
+) -> Result<Arc<Instance>, Error> {
     let loader = std::env::var(LOADER_VARIABLE).ok();
     Ok(Arc::new(Instance::new(
         options.validation,
         loader.as_deref(),
+        display,
     )?))
 }
 
@@ -179,15 +188,38 @@ pub fn devices(options: &Options) -> Result<Vec<DeviceInfo>, Error> {
 /// [`Error::NoDevice`] where nothing matches.
 pub fn open_device(options: &Options) -> Result<Arc<Device>, Error> {
     let instance = instance(options)?;
-    let list = Candidate::list(&instance)?;
-    let candidate = Candidate::choose(&list, options.device.as_deref())?;
+    open(&instance, options, &Candidate::list(&instance)?)
+}
+
+/// Opens the device that `options` ask for, if it can show pictures in a window, and the window's surface. The window
+/// must outlive both.
+///
+/// # Errors
+/// [`Error::NoDevice`] where nothing matches, or nothing shows pictures there.
+pub fn open_window(
+    options: &Options,
+    (display, window): Handles,
+) -> Result<(Arc<Device>, Arc<Surface>), Error> {
+    let instance = instance_on(options, Some(display))?;
+    let surface = Arc::new(Surface::new(&instance, (display, window))?);
+    let mut list = Candidate::list(&instance)?;
+    surface.strike_out(&mut list)?;
+    Ok((open(&instance, options, &list)?, surface))
+}
+
+fn open(
+    instance: &Arc<Instance>,
+    options: &Options,
+    list: &[Candidate],
+) -> Result<Arc<Device>, Error> {
+    let candidate = Candidate::choose(list, options.device.as_deref())?;
     tracing::info!(
         "device {}: {}, {}",
         candidate.index,
         candidate.name,
         candidate.driver
     );
-    Ok(Device::new(&instance, &candidate)?)
+    Ok(Device::new(instance, &candidate)?)
 }
 
 /// How the device that `options` ask for filters; opens none.
@@ -410,7 +442,10 @@ pub fn count(
 }
 
 /// Refuses, before anything is allocated, what cannot fit.
-pub(super) fn check_fit(
+///
+/// # Errors
+/// [`Error::TooLarge`], which names what does not fit, and the remedy.
+pub fn check_fit(
     options: &Options,
     plan: &Plan,
     candidate: &Candidate,

@@ -168,6 +168,7 @@ impl ShadePass {
                     colors: 1,
                     subpass,
                     constants: &constants(part, specular),
+                    blends: false,
                 };
                 Ok(Part {
                     columns: part.columns,

@@ -312,7 +312,7 @@ impl Canvas {
                 image("mean 0", float, U::SAMPLED)?,
                 image("mean 1", float, U::SAMPLED)?,
             ],
-            display: image("display", Format::R8G8B8A8_UNORM, U::empty())?,
+            display: image("display", Format::R8G8B8A8_UNORM, U::SAMPLED)?,
         })
     }
 }

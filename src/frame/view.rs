@@ -217,6 +217,7 @@ impl ViewPass {
             colors: 1,
             subpass: VIEW,
             constants: &[],
+            blends: false,
         };
         let back = GraphicsDesc {
             cull: vk::CullModeFlags::FRONT,

@@ -68,6 +68,10 @@ uses! {
     BLIT_TARGET = S::BLIT, A::TRANSFER_WRITE, TRANSFER_DST_OPTIMAL;
     /// Read by the host after a fence.
     HOST_READ = S::HOST, A::HOST_READ, GENERAL;
+    /// Handed over by the display: the semaphore of the acquisition waits at this stage, and orders it.
+    ACQUIRED = S::COLOR_ATTACHMENT_OUTPUT, A::NONE, UNDEFINED;
+    /// Handed to the display: the semaphore that signals with this stage orders it.
+    PRESENTED = S::COLOR_ATTACHMENT_OUTPUT, A::NONE, PRESENT_SRC_KHR;
     /// Vertices and indices.
     VERTEX_INPUT = S::VERTEX_INPUT,
         A::from_raw(A::VERTEX_ATTRIBUTE_READ.as_raw() | A::INDEX_READ.as_raw()), UNDEFINED;

@@ -11,7 +11,7 @@ use super::{Buffer, Candidate, Device, Instance, Location, Slot, Use, barrier};
 /// Two copies into one buffer, with or without a barrier between them.
 fn messages(ordered: bool) -> Option<Vec<String>> {
     let required = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty() && v != "0");
-    let instance = match Instance::new(true, None) {
+    let instance = match Instance::new(true, None, None) {
         Ok(instance) => Arc::new(instance),
         Err(error) => {
             assert!(!required("MARMOR_REQUIRE_VALIDATION"), "{error}");

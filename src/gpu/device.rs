@@ -41,6 +41,8 @@ pub struct Candidate {
     pub fragment_stores: bool,
     /// Whether invocations of shaders can be counted.
     pub statistics: bool,
+    /// Whether it can show pictures in a window, if the window agrees.
+    pub swapchain: bool,
     /// What is required and missing; empty when the device can be used.
     pub lacks: Vec<String>,
 }
@@ -235,10 +237,24 @@ impl Candidate {
                 .all(|&format| offers(format, F::SAMPLED_IMAGE_FILTER_LINEAR)),
             statistics: features.pipeline_statistics_query == vk::TRUE,
             fragment_stores: features.fragment_stores_and_atomics == vk::TRUE,
+            swapchain: offered_extensions(instance, physical)
+                .is_ok_and(|names| names.iter().any(|name| name == ash::khr::swapchain::NAME)),
             blit_float32: offers(vk::Format::R32G32B32A32_SFLOAT, F::BLIT_SRC | F::BLIT_DST),
             lacks,
         }
     }
+}
+
+/// The device extensions that `physical` offers.
+fn offered_extensions(instance: &Instance, physical: vk::PhysicalDevice) -> Result<Vec<CString>> {
+    // SAFETY: the device comes from this instance.
+    let offered = check("vkEnumerateDeviceExtensionProperties", unsafe {
+        instance.raw.enumerate_device_extension_properties(physical)
+    })?;
+    let names = offered
+        .iter()
+        .filter_map(|e| e.extension_name_as_c_str().ok());
+    Ok(names.map(CStr::to_owned).collect())
 }
 
 /// A logical device with one queue for graphics, compute and transfer, and the
@@ -275,24 +291,22 @@ impl Device {
             .queue_priorities(&priorities)];
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true);
         // A layered implementation says so by this extension, and then wants it enabled.
-        // SAFETY: the candidate comes from this instance.
-        let offered = check("vkEnumerateDeviceExtensionProperties", unsafe {
-            instance
-                .raw
-                .enumerate_device_extension_properties(candidate.physical)
-        })?;
         let subset = ash::khr::portability_subset::NAME;
-        let layered = offered
-            .iter()
-            .any(|e| e.extension_name_as_c_str().is_ok_and(|name| name == subset));
-        let extensions: &[_] = if layered { &[subset.as_ptr()] } else { &[] };
+        let offered = offered_extensions(instance, candidate.physical)?;
+        let mut extensions = Vec::new();
+        if offered.iter().any(|name| name.as_c_str() == subset) {
+            extensions.push(subset.as_ptr());
+        }
+        if instance.presents() && candidate.swapchain {
+            extensions.push(ash::khr::swapchain::NAME.as_ptr());
+        }
         let features = vk::PhysicalDeviceFeatures::default()
             .fragment_stores_and_atomics(candidate.fragment_stores)
             .pipeline_statistics_query(candidate.statistics);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queue)
             .enabled_features(&features)
-            .enabled_extension_names(extensions)
+            .enabled_extension_names(&extensions)
             .push_next(&mut features13);
         // SAFETY: the candidate comes from this instance, and offers what is enabled.
         let raw = check("vkCreateDevice", unsafe {

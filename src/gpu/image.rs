@@ -30,6 +30,8 @@ pub struct Image {
     /// Slices of an image of three dimensions.
     depth: Option<u32>,
     allocation: Option<Allocation>,
+    // Whether somebody else destroys it.
+    borrowed: bool,
     desc: ImageDesc,
     device: Arc<Device>,
 }
@@ -58,6 +60,33 @@ impl Image {
     pub fn with_all_levels(device: &Arc<Device>, name: &str, desc: ImageDesc) -> Result<Self> {
         let levels = 1 + desc.size[0].max(desc.size[1]).max(1).ilog2();
         Self::with_levels(device, name, desc, levels, None)
+    }
+
+    /// Makes a view of an image that belongs to somebody else, who keeps it for longer.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub(super) fn borrowed(
+        device: &Arc<Device>,
+        name: &str,
+        raw: vk::Image,
+        desc: ImageDesc,
+    ) -> Result<Self> {
+        let mut image = Image {
+            raw,
+            view: vk::ImageView::null(),
+            level_views: Vec::new(),
+            levels: 1,
+            depth: None,
+            allocation: None,
+            borrowed: true,
+            desc,
+            device: Arc::clone(device),
+        };
+        device.name(raw, name);
+        image.view = image.new_view(image.range())?;
+        device.name(image.view, name);
+        Ok(image)
     }
 
     fn with_levels(
@@ -97,6 +126,7 @@ impl Image {
             levels,
             depth,
             allocation: None,
+            borrowed: false,
             desc,
             device: Arc::clone(device),
         };
@@ -236,7 +266,9 @@ impl Drop for Image {
             for &view in self.level_views.iter().chain([&self.view]) {
                 self.device.raw.destroy_image_view(view, None);
             }
-            self.device.raw.destroy_image(self.raw, None);
+            if !self.borrowed {
+                self.device.raw.destroy_image(self.raw, None);
+            }
         }
         if let Some(allocation) = self.allocation.take() {
             memory::free(&self.device, allocation);

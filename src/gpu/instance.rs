@@ -4,6 +4,7 @@ use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
 use ash::{ext, vk};
+use raw_window_handle::RawDisplayHandle;
 
 use super::{Error, Result, check};
 
@@ -19,18 +20,24 @@ pub struct Instance {
     // Boxed: the messenger holds its address.
     messages: Box<Mutex<Vec<String>>>,
     validation: bool,
-    _entry: ash::Entry,
+    presents: bool,
+    pub(crate) entry: ash::Entry,
 }
 
 impl Instance {
     /// Loads Vulkan and makes an instance.
     ///
     /// `validation` switches on the Khronos layer with synchronisation validation.
-    /// `loader` names the loader library in place of the system's.
+    /// `loader` names the loader library in place of the system's. With a `display` there may be surfaces of its windows.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] without a loader, without Vulkan 1.3, or without the layer that was asked for.
-    pub fn new(validation: bool, loader: Option<&str>) -> Result<Self> {
+    /// [`Error::NoDevice`] without a loader, without Vulkan 1.3, without the layer that was asked for, or where Vulkan
+    /// cannot draw on that display.
+    pub fn new(
+        validation: bool,
+        loader: Option<&str>,
+        display: Option<RawDisplayHandle>,
+    ) -> Result<Self> {
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which
         // the loader's contract makes safe at any time.
         let entry = unsafe {
@@ -93,6 +100,22 @@ impl Instance {
         if debug_utils {
             extension_names.push(ext::debug_utils::NAME.as_ptr());
         }
+        if let Some(display) = display {
+            let wanted = ash_window::enumerate_required_extensions(display)
+                .map_err(|_| Error::NoDevice("Vulkan knows no such display".to_owned()))?;
+            for &name in wanted {
+                // SAFETY: the names are literals that end in 0.
+                let text = unsafe { CStr::from_ptr(name) };
+                if !has(text) {
+                    return Err(Error::NoDevice(format!(
+                        "Vulkan has no {} to draw in a window with: install a driver, on Debian or Ubuntu with `apt \
+                         install mesa-vulkan-drivers`",
+                        text.to_string_lossy()
+                    )));
+                }
+                extension_names.push(name);
+            }
+        }
         let mut flags = vk::InstanceCreateFlags::empty();
         if portability {
             extension_names.push(ash::khr::portability_enumeration::NAME.as_ptr());
@@ -141,10 +164,11 @@ impl Instance {
             messenger: None,
             messages,
             validation,
-            _entry: entry,
+            presents: display.is_some(),
+            entry,
         };
         if validation {
-            let utils = ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            let utils = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             messenger_info.p_next = std::ptr::null();
             // SAFETY: the extension is enabled, and the user data lives as long as the messenger (see Drop).
             let messenger = check("vkCreateDebugUtilsMessengerEXT", unsafe {
@@ -153,6 +177,11 @@ impl Instance {
             instance.messenger = Some((utils, messenger));
         }
         Ok(instance)
+    }
+
+    /// Whether it was made for windows.
+    pub fn presents(&self) -> bool {
+        self.presents
     }
 
     /// Whether the validation layer watches.

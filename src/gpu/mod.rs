@@ -15,6 +15,7 @@ pub mod memory;
 pub mod pipeline;
 pub mod query;
 pub mod submit;
+pub mod swapchain;
 
 pub use barrier::Use;
 pub use descriptor::{Binding, DescriptorSets};
@@ -25,6 +26,7 @@ pub use memory::{Buffer, Location};
 pub use pipeline::{ComputePipeline, GraphicsDesc, GraphicsPipeline, RenderPass, Shader};
 pub use query::{Statistics, Timestamps};
 pub use submit::Slot;
+pub use swapchain::{Handles, PresentMode, Semaphore, Surface, Swapchain, Turn};
 
 use ash::vk;
 
@@ -56,6 +58,17 @@ pub enum Error {
         /// What it returned.
         result: vk::Result,
     },
+}
+
+impl Error {
+    /// Whether the device, or the driver, can no longer be trusted. Else something did not fit, and what was there before
+    /// goes on.
+    pub fn is_fatal(&self) -> bool {
+        matches!(
+            self,
+            Error::NoDevice(_) | Error::DeviceLost(_) | Error::Vulkan { .. }
+        )
+    }
 }
 
 /// A result of this layer.

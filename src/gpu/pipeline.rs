@@ -1,5 +1,6 @@
 //! Shaders, render passes and pipelines.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -388,6 +389,8 @@ pub struct GraphicsDesc<'a> {
     pub subpass: u32,
     /// Specialisation constants of the fragment shader.
     pub constants: &'a [u32],
+    /// Whether it draws over what is there, its colour premultiplied by its coverage; else in place of it.
+    pub blends: bool,
 }
 
 /// A graphics pipeline with dynamic viewport and scissor.
@@ -474,7 +477,13 @@ impl GraphicsPipeline {
             .depth_test_enable(true)
             .depth_compare_op(desc.depth.0)
             .depth_write_enable(desc.depth.1);
+        let (one, rest) = (vk::BlendFactor::ONE, vk::BlendFactor::ONE_MINUS_SRC_ALPHA);
         let attachment = vk::PipelineColorBlendAttachmentState::default()
+            .blend_enable(desc.blends)
+            .src_color_blend_factor(one)
+            .dst_color_blend_factor(rest)
+            .src_alpha_blend_factor(one)
+            .dst_alpha_blend_factor(rest)
             .color_write_mask(vk::ColorComponentFlags::RGBA);
         let attachments = vec![attachment; desc.colors];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
@@ -519,6 +528,26 @@ impl GraphicsPipeline {
             self.layout,
             sets.set(slot),
         );
+    }
+
+    /// Draws the vertices `range`, within columns and rows `clip` (x, y, width, height) of the target.
+    pub fn draw_clipped(&self, commands: vk::CommandBuffer, range: Range<u32>, clip: [u32; 4]) {
+        let scissor = vk::Rect2D {
+            offset: vk::Offset2D {
+                x: clip[0] as i32,
+                y: clip[1] as i32,
+            },
+            extent: vk::Extent2D {
+                width: clip[2],
+                height: clip[3],
+            },
+        };
+        // SAFETY: the pipeline and its set are bound inside its subpass.
+        unsafe {
+            self.device.raw.cmd_set_scissor(commands, 0, &[scissor]);
+            let count = range.end - range.start;
+            self.device.raw.cmd_draw(commands, count, 1, range.start, 0);
+        }
     }
 
     /// Draws one triangle that covers the screen, within `x0..x1` of its columns.

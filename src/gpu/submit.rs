@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Buffer, Device, Image, Location, Use, barrier, check, lock};
+use super::{Buffer, Device, Image, Location, Semaphore, Use, barrier, check, lock};
 
 /// A command buffer and the fence that says when the device is done with it.
 ///
@@ -88,8 +88,29 @@ impl Slot {
     /// # Errors
     /// [`super::Error::DeviceLost`] among others.
     pub fn submit(&mut self) -> super::Result<()> {
+        self.submit_with(vk::SubmitInfo2::default())
+    }
+
+    /// As [`Slot::submit`]: what writes colour waits for `before`, and `after` signals when that is done.
+    ///
+    /// # Errors
+    /// As [`Slot::submit`].
+    pub fn submit_between(&mut self, before: &Semaphore, after: &Semaphore) -> super::Result<()> {
+        let of = |semaphore: &Semaphore| {
+            [vk::SemaphoreSubmitInfo::default()
+                .semaphore(semaphore.raw)
+                .stage_mask(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)]
+        };
+        let (wait, signal) = (of(before), of(after));
+        let info = vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&wait)
+            .signal_semaphore_infos(&signal);
+        self.submit_with(info)
+    }
+
+    fn submit_with(&mut self, info: vk::SubmitInfo2<'_>) -> super::Result<()> {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        let submit = [info.command_buffer_infos(&commands)];
         let queue = lock(&self.device.queue);
         // SAFETY: the buffer is being recorded, the fence is signalled and waited for, and the
         // queue's lock is held.

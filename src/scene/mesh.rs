@@ -115,7 +115,12 @@ impl Mesh {
     /// Whether from `eye` each back face lies behind a front face: the mesh encloses solids, and `eye` is
     /// outside the sphere around it, so that no near plane opens them.
     pub fn is_solid_from(&self, eye: DVec3) -> bool {
-        eye.distance(self.center()) > OUTSIDE * self.bounding_radius() && self.is_solid()
+        self.is_outside(eye) && self.is_solid()
+    }
+
+    /// Whether `eye` is outside the sphere around the mesh, with a margin.
+    pub fn is_outside(&self, eye: DVec3) -> bool {
+        eye.distance(self.center()) > OUTSIDE * self.bounding_radius()
     }
 
     /// Removes triangles without area and then the vertices that nothing refers to, so

@@ -67,8 +67,8 @@ impl Default for Animation {
 /// What moves, loaded and measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// The mesh, and what moves it.
-    pub model: Model,
+    /// The mesh, and what moves it. Shared: a viewer makes a motion for every step of a drag.
+    pub model: Arc<Model>,
     /// mm per mesh unit.
     pub unit: f64,
     /// Frames of the loop, at least 1.
@@ -161,7 +161,7 @@ impl Motion {
     /// # Errors
     /// The clip does not exist, the loop is too long, a frame is not finite or too large, or the camera has no direction.
     pub(super) fn new(
-        model: Model,
+        model: Arc<Model>,
         animation: &Animation,
         still: &Still,
         time: f64,
@@ -221,6 +221,25 @@ impl Motion {
         }
         motion.measure(still, motion.within(time))?;
         Ok(motion)
+    }
+
+    /// The same motion under another light and seen from elsewhere, not measured anew: the light map has the scale of the
+    /// sphere around all frames, which serves every direction, and the camera what it kept. For frames drawn while a light
+    /// or a camera is dragged; keyframes of either go.
+    #[must_use]
+    pub fn steered(&self, light: &Light, viewpoint: &Viewpoint, fov: f64) -> Motion {
+        let mut motion = Motion {
+            light: light.clone(),
+            viewpoint: viewpoint.clone(),
+            fov,
+            reach: DVec3::splat(self.radius),
+            ..self.clone()
+        };
+        motion.animation.light_keys = None;
+        motion.animation.camera_keys = None;
+        let eye = motion.camera(0.0).eye;
+        motion.seen_from_outside = eye.distance(self.center) > super::mesh::OUTSIDE * self.radius;
+        motion
     }
 
     /// What all frames fill, and from where the camera sees it.

@@ -221,8 +221,7 @@ impl Request {
     /// # Errors
     /// The mesh cannot be used, or a value lies outside its [`limits`].
     pub fn plan(&self) -> Result<Plan, Error> {
-        self.check()?;
-        self.plan_of(self.mesh.load()?)
+        self.plan_of(&Arc::new(self.mesh.load()?))
     }
 
     /// Checks every value that no mesh is needed for.
@@ -292,16 +291,32 @@ impl Request {
         self.check_animation(&check)
     }
 
-    /// [`Request::plan`] for `model` in place of the mesh of the request; the values are not checked.
+    /// [`Request::plan`] for `model` in place of the mesh of the request.
     ///
     /// # Errors
-    /// The camera cannot be fitted, or what moves cannot.
-    pub fn plan_of(&self, model: Model) -> Result<Plan, Error> {
+    /// As [`Request::plan`].
+    pub fn plan_of(&self, model: &Arc<Model>) -> Result<Plan, Error> {
+        self.check()?;
+        let motion = self.motion(model)?;
+        self.plan_with(model, motion)
+    }
+
+    /// As [`Request::plan_of`], but what moves is that of `motion`, a motion of the same model and animation, steered to light
+    /// and camera of this request ([`Motion::steered`]): quick enough for every step of a drag.
+    ///
+    /// # Errors
+    /// As [`Request::plan`].
+    pub fn plan_steered(&self, motion: &Motion) -> Result<Plan, Error> {
+        self.check()?;
+        let steered = motion.steered(&self.light, &self.viewpoint, self.fov);
+        self.plan_with(&motion.model, Some(steered))
+    }
+
+    fn plan_with(&self, model: &Arc<Model>, motion: Option<Motion>) -> Result<Plan, Error> {
         let material = match model.base_color {
             Some(color) if self.colored_by_mesh => Material::colored(color, &self.material),
             _ => self.material.clone(),
         };
-        let motion = self.motion(&model)?;
         let mut time = 0.0;
         let scene = match &motion {
             Some(motion) => {
@@ -344,7 +359,7 @@ impl Request {
 
 impl Request {
     /// What moves, if anything does.
-    fn motion(&self, model: &Model) -> Result<Option<Motion>, Error> {
+    fn motion(&self, model: &Arc<Model>) -> Result<Option<Motion>, Error> {
         if !self.animation.moves(model) {
             model.clip(self.animation.clip.as_deref(), &self.name)?;
             if self.time.is_some_and(|time| time != 0.0) {
@@ -364,12 +379,13 @@ impl Request {
             size: self.size,
         };
         let time = self.time.unwrap_or(0.0);
-        Motion::new(model.clone(), &self.animation, &still, time).map(Some)
+        Motion::new(Arc::clone(model), &self.animation, &still, time).map(Some)
     }
 
     /// The scene of a mesh that rests under a light and before a camera that do.
-    fn still(&self, mut model: Model, material: Material) -> Result<Scene, Error> {
-        let mesh = model.shapes.pop().unwrap_or_default().scaled(self.unit);
+    fn still(&self, model: &Model, material: Material) -> Result<Scene, Error> {
+        let mesh = model.shapes.last().cloned().unwrap_or_default();
+        let mesh = mesh.scaled(self.unit);
         let radius = mesh.bounding_radius();
         // Squares of lengths must neither overflow nor vanish in the f32 of the shaders.
         if !(1e-9..=1e9).contains(&radius) {

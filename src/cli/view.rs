@@ -1,0 +1,88 @@
+//! `marmor view`: the window.
+
+use super::Global;
+use super::failure::Failure;
+use super::picture::PictureArguments;
+use super::values;
+use crate::frame;
+use crate::gpu::PresentMode;
+use crate::scene::names;
+use crate::view::{self, Settings};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Open a window: turn the object and the light, and see what it costs
+///
+/// Drag to turn, right-drag to turn the light, wheel to zoom; F1 lists the keys. P saves the picture with a scene file that
+/// `marmor render` draws the same picture from.
+#[derive(Args, Debug)]
+#[command(after_long_help = "\
+Examples:
+  marmor view
+      the bundled statue in marble
+  marmor view betta --multiple mixture
+      a fish that swims
+  marmor view scene.toml --split brdf
+      translucent against opaque, with a line to drag
+  marmor view --watch
+      with shaders that reload as they are saved")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    picture: PictureArguments,
+
+    /// Width and height of the window at first, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x800", value_parser = values::size, allow_hyphen_values = true, help_heading = "Window")]
+    window: [u32; 2],
+
+    /// When a frame may be shown: with the display's refresh in turn, with it the newest first, or at once
+    #[arg(long, value_name = "fifo|mailbox|immediate", default_value = "fifo", value_parser = present, help_heading = "Window")]
+    present: PresentMode,
+
+    /// Reload the shaders of this folder when they change
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "shaders", help_heading = "Window")]
+    watch: Option<PathBuf>,
+
+    /// The folder that P saves to
+    #[arg(
+        long,
+        value_name = "FOLDER",
+        default_value = ".",
+        help_heading = "Window"
+    )]
+    saves: PathBuf,
+}
+
+fn present(name: &str) -> Result<PresentMode, String> {
+    let all = [
+        PresentMode::Fifo,
+        PresentMode::Mailbox,
+        PresentMode::Immediate,
+    ];
+    let named = all.into_iter().find(|mode| mode.name() == name);
+    named.ok_or_else(|| {
+        let remedy = names::remedy(name, &PresentMode::NAMES);
+        format!("unknown way to present \"{name}\"; {remedy}")
+    })
+}
+
+pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
+    let request = arguments.picture.request()?;
+    let settings = Settings {
+        size: arguments.window,
+        present: arguments.present,
+        watch: arguments.watch.clone(),
+        saves: arguments.saves.clone(),
+    };
+    view::run(&global.options(), request, &settings)?;
+    Ok(())
+}
+
+impl From<view::Error> for Failure {
+    fn from(error: view::Error) -> Self {
+        match error {
+            view::Error::Input(message) => Failure::Input(message),
+            view::Error::Start(message) => Failure::Device(message),
+            view::Error::Device(error) => frame::Error::from(error).into(),
+        }
+    }
+}

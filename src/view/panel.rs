@@ -1,0 +1,550 @@
+//! What stands beside the picture: what is wanted, and what it costs.
+
+mod controls;
+mod costs;
+mod help;
+
+use super::orbit;
+use super::session::{Phase, SCALES, Session};
+use super::style;
+use super::timing::Timing;
+use crate::gpu::PresentMode;
+use crate::scene::{Deformer, Method, Viewpoint};
+use egui::{Align2, Color32, CursorIcon, Key, PointerButton, Rect, Sense, Stroke, Ui, pos2, vec2};
+use glam::DVec2;
+use std::time::{Duration, Instant};
+
+/// What the panel shows that it cannot know.
+pub struct Facts<'a> {
+    /// The last frames of the window.
+    pub timing: &'a Timing,
+    /// What the passes of the last picture cost.
+    pub costs: Vec<super::session::Cost>,
+    /// Device time of composing the window, ms.
+    pub compose: Option<f64>,
+    /// How frames are shown.
+    pub mode: Option<PresentMode>,
+    /// What the validation layer has said.
+    pub messages: &'a [String],
+    /// Whether it watches.
+    pub validation: bool,
+    /// Whether the picture is to be saved once it is whole.
+    pub saving: bool,
+}
+
+/// How long after the wheel has turned does something still move, s? So long one waits for the next notch.
+const WHEEL: Duration = Duration::from_millis(250);
+
+/// How long a message stays.
+const MESSAGE: Duration = Duration::from_secs(6);
+
+/// The panel, and what one does to the picture.
+pub struct Panel {
+    /// Whether the window is to close.
+    pub quits: bool,
+    /// Whether the picture is to be saved.
+    pub saves: bool,
+    viewport: Rect,
+    // What is dragged, if anything is.
+    dragging: bool,
+    moved: Option<Instant>,
+    playing: Option<Playing>,
+    help: bool,
+    costs: bool,
+    controls: controls::Memory,
+    message: Option<(String, bool, Instant)>,
+}
+
+/// A clip that plays: since when, and from which frame.
+#[derive(Clone, Copy)]
+struct Playing {
+    since: Instant,
+    from: u32,
+}
+
+impl Panel {
+    /// The panel of a session that begins; what moves plays.
+    pub fn new(session: &Session) -> Panel {
+        let plays = session.motion().is_some() && session.frame_number == 0;
+        let playing = plays.then(|| Playing {
+            since: Instant::now(),
+            from: 0,
+        });
+        Panel {
+            quits: false,
+            saves: false,
+            viewport: Rect::NOTHING,
+            dragging: false,
+            moved: None,
+            playing,
+            help: false,
+            costs: true,
+            controls: controls::Memory::new(session),
+            message: None,
+        }
+    }
+
+    /// Where the picture has its place, points.
+    pub fn viewport(&self) -> Rect {
+        self.viewport
+    }
+
+    /// Whether something moves, so that drafts are drawn.
+    pub fn moving(&self) -> bool {
+        self.dragging
+            || self.playing.is_some()
+            || self.moved.is_some_and(|moved| moved.elapsed() < WHEEL)
+    }
+
+    /// Says for a while that something was done.
+    pub fn say(&mut self, message: String) {
+        self.message = Some((message, false, Instant::now()));
+    }
+
+    /// Says for a while what went wrong.
+    pub fn complain(&mut self, message: String) {
+        self.message = Some((message, true, Instant::now()));
+    }
+
+    /// Lays everything out, and does what was asked.
+    pub fn show(&mut self, ui: &mut Ui, session: &mut Session, facts: &Facts<'_>) {
+        self.play(session);
+        let context = ui.ctx().clone();
+        let ground = egui::Frame::new().fill(style::GROUND);
+        let window = ui.max_rect();
+        // A window too small for both keeps the picture.
+        let roomy = window.width() > 2.0 * style::WIDTH;
+        let mut touched = false;
+        if roomy {
+            egui::Panel::right("controls")
+                .exact_size(style::WIDTH)
+                .resizable(false)
+                .show_separator_line(false)
+                .frame(ground)
+                .show(ui, |ui| touched = self.show_controls(ui, session, facts));
+        }
+        if self.costs && window.height() > 2.2 * style::STRIP {
+            egui::Panel::bottom("costs")
+                .exact_size(style::STRIP)
+                .resizable(false)
+                .show_separator_line(false)
+                .frame(ground.inner_margin(egui::Margin::symmetric(14, 10)))
+                .show(ui, |ui| costs::show(ui, session, facts));
+        }
+        let central = egui::CentralPanel::default().frame(egui::Frame::NONE);
+        central.show(ui, |ui| self.show_viewport(ui, session));
+        // What is dragged in the panel moves, too.
+        let held = context.input(|input| input.pointer.any_down());
+        self.dragging |= held && touched;
+        self.dragging &= held;
+        if !context.egui_wants_keyboard_input() {
+            self.keys(&context, session);
+        }
+        if self.help {
+            help::show(&context, &mut self.help);
+        }
+    }
+
+    /// The frame of what plays.
+    fn play(&mut self, session: &mut Session) {
+        let Some(playing) = self.playing else { return };
+        let Some(motion) = session.motion() else {
+            self.playing = None;
+            return;
+        };
+        let passed = playing.since.elapsed().as_secs_f64() * motion.fps();
+        let number = u64::from(playing.from) + passed as u64;
+        session.frame_number = (number % u64::from(motion.frames)) as u32;
+    }
+
+    /// Plays on, or stands still.
+    pub(super) fn toggle(&mut self, session: &Session) {
+        self.playing = match self.playing {
+            Some(_) => None,
+            None => session.motion().map(|_| Playing {
+                since: Instant::now(),
+                from: session.frame_number,
+            }),
+        };
+    }
+
+    /// Everything but the picture; whether a setting was touched.
+    fn show_controls(&mut self, ui: &mut Ui, session: &mut Session, facts: &Facts<'_>) -> bool {
+        let before = session.wanted.clone();
+        let inner = egui::Frame::new().inner_margin(egui::Margin {
+            left: 16,
+            right: 10,
+            top: 12,
+            bottom: 6,
+        });
+        inner.show(ui, |ui| {
+            self.show_head(ui, session, facts);
+            egui::ScrollArea::vertical()
+                .auto_shrink([false, false])
+                .show(ui, |ui| {
+                    ui.set_max_width(style::WIDTH - 36.0);
+                    self.show_animation(ui, session);
+                    controls::show(ui, session, &mut self.controls);
+                    self.show_messages(ui, facts);
+                });
+        });
+        session.wanted != before
+    }
+
+    fn show_head(&mut self, ui: &mut Ui, session: &Session, facts: &Facts<'_>) {
+        ui.horizontal(|ui| {
+            ui.label(
+                egui::RichText::new("marmor")
+                    .size(21.0)
+                    .color(Color32::WHITE),
+            );
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.button("?").on_hover_text("Keys (F1)").clicked() {
+                    self.help ^= true;
+                }
+                let save = ui.button("Save").on_hover_text(
+                    "PNG, EXR and a scene file that marmor render draws the same picture from (P)",
+                );
+                self.saves |= save.clicked();
+            });
+        });
+        let name = &session.device().candidate().name;
+        ui.add(egui::Label::new(egui::RichText::new(name).small().color(style::DIM)).truncate());
+        ui.add_space(4.0);
+        let (text, color) = match (&session.fault, session.phase()) {
+            (Some(_), _) => ("not shown".to_owned(), style::FAULT),
+            (None, Phase::Draft(scale)) => {
+                let per_second = facts.timing.median(9).map_or(0.0, |ms| 1e3 / ms.max(0.1));
+                let share = [
+                    "full size",
+                    "half size",
+                    "a third of the size",
+                    "a quarter of the size",
+                ][scale.min(SCALES.len() - 1)];
+                (
+                    format!("moving   {share}   {per_second:.0} fps"),
+                    style::WARM,
+                )
+            }
+            (None, Phase::Still(done, of)) if done >= of => {
+                (format!("converged   {of} frames"), style::TEXT)
+            }
+            (None, Phase::Still(done, of)) => {
+                (format!("converging   {done} of {of} frames"), style::WARM)
+            }
+        };
+        let share = match session.phase() {
+            Phase::Still(done, of) => done as f32 / of.max(1) as f32,
+            Phase::Draft(_) => 0.0,
+        };
+        ui.label(egui::RichText::new(text).color(color));
+        let (rect, _) = ui.allocate_exact_size(vec2(style::WIDTH - 42.0, 3.0), Sense::hover());
+        ui.painter().rect_filled(rect, 1.5, style::RAISED);
+        let mut done = rect;
+        done.set_width(rect.width() * share);
+        ui.painter().rect_filled(done, 1.5, style::WARM);
+        if facts.saving {
+            ui.label(
+                egui::RichText::new("saves when converged")
+                    .small()
+                    .color(style::WARM),
+            );
+        }
+        if let Some(fault) = &session.fault {
+            ui.label(egui::RichText::new(fault).color(style::FAULT));
+        }
+        if let Some((message, fault, since)) = &self.message {
+            if since.elapsed() < MESSAGE {
+                let color = if *fault { style::FAULT } else { style::WARM };
+                ui.label(egui::RichText::new(message).color(color));
+                ui.ctx().request_repaint_after(MESSAGE);
+            } else {
+                self.message = None;
+            }
+        }
+        ui.add_space(2.0);
+    }
+
+    fn show_animation(&mut self, ui: &mut Ui, session: &mut Session) {
+        let Some(motion) = session.motion().cloned() else {
+            return;
+        };
+        controls::section(ui, "Animation");
+        if let Some(rig) = session
+            .model()
+            .rig
+            .as_ref()
+            .filter(|rig| !rig.clips.is_empty())
+        {
+            let names: Vec<String> = rig.clips.iter().map(|clip| clip.name.clone()).collect();
+            let clip = &mut session.wanted.animation.clip;
+            let own = clip.clone().unwrap_or_else(|| names[0].clone());
+            controls::row(ui, "clip", |ui| {
+                egui::ComboBox::from_id_salt("clip")
+                    .selected_text(&own)
+                    .show_ui(ui, |ui| {
+                        for name in &names {
+                            if ui.selectable_label(*name == own, name).clicked() {
+                                *clip = Some(name.clone());
+                            }
+                        }
+                    });
+            });
+        }
+        for deformer in &session.wanted.animation.deformers {
+            let Deformer {
+                amplitude, period, ..
+            } = deformer;
+            controls::row(ui, "deformer", |ui| {
+                ui.monospace(format!(
+                    "{} {amplitude:.3} every {period:.2} s",
+                    deformer.kind.name()
+                ));
+            });
+        }
+        ui.horizontal(|ui| {
+            let word = if self.playing.is_some() {
+                "Pause"
+            } else {
+                "Play"
+            };
+            let play = egui::Button::new(word).min_size(vec2(style::NAMES - 22.0, 19.0));
+            if ui.add(play).on_hover_text("Space").clicked() {
+                self.toggle(session);
+            }
+            ui.add_space(10.0);
+            let mut number = session.frame_number;
+            let last = motion.frames.saturating_sub(1);
+            let slider = egui::Slider::new(&mut number, 0..=last).show_value(false);
+            let slider = ui.add(slider);
+            if slider.changed() {
+                session.frame_number = number;
+                self.playing = None;
+            }
+            self.dragging |= slider.dragged();
+            ui.monospace(format!("{:.2} s", motion.time(session.frame_number)));
+        });
+    }
+
+    fn show_messages(&self, ui: &mut Ui, facts: &Facts<'_>) {
+        if !facts.validation {
+            return;
+        }
+        controls::section(ui, "Validation");
+        match facts.messages {
+            [] => {
+                ui.label(egui::RichText::new("no message").color(style::DIM));
+            }
+            messages => {
+                for message in messages.iter().rev().take(20) {
+                    ui.label(egui::RichText::new(message).small().color(style::FAULT));
+                }
+            }
+        }
+    }
+
+    /// The picture's place, and what one does there.
+    fn show_viewport(&mut self, ui: &mut Ui, session: &mut Session) {
+        let rect = ui.max_rect();
+        self.viewport = rect;
+        let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
+        let divided = self.show_divider(ui, rect, session);
+        if response.dragged() && !divided {
+            let by = response.drag_delta();
+            let by = DVec2::new(f64::from(by.x), f64::from(by.y));
+            let held = |button| response.dragged_by(button);
+            let keys = ui.input(|input| (input.modifiers, input.key_down(Key::L)));
+            let (modifiers, light) = keys;
+            if held(PointerButton::Secondary) || modifiers.ctrl || light {
+                session.wanted.animation.light_keys = None;
+                session.wanted.light = orbit::turned_light(&session.wanted.light, by);
+            } else if held(PointerButton::Middle) || modifiers.shift {
+                let height = f64::from(rect.height());
+                self.steer(session, orbit::panned(session.camera(), by, height));
+            } else {
+                self.steer(session, orbit::turned(session.camera(), by));
+            }
+            self.dragging = true;
+        }
+        if response.hovered() {
+            let (scroll, zoom, modifiers, notched) = ui.input(|input| {
+                let notched = input.events.iter().any(|event| {
+                    matches!(event, egui::Event::MouseWheel { unit, .. } if *unit != egui::MouseWheelUnit::Point)
+                });
+                (input.smooth_scroll_delta(), input.zoom_delta(), input.modifiers, notched)
+            });
+            let radius = session.plan().radius();
+            // A wheel zooms, as a pinch does; two fingers on a trackpad turn, or with shift move.
+            self.controls.wheel = notched || (self.controls.wheel && scroll != egui::Vec2::ZERO);
+            let pinched = (f64::from(zoom) - 1.0).abs() > 1e-4;
+            let by = DVec2::new(f64::from(scroll.x), f64::from(scroll.y));
+            let steered = if pinched {
+                Some(orbit::zoomed(session.camera(), f64::from(zoom), radius))
+            } else if by == DVec2::ZERO {
+                None
+            } else if self.controls.wheel {
+                let factor = (0.004 * (by.x + by.y)).exp();
+                Some(orbit::zoomed(session.camera(), factor, radius))
+            } else if modifiers.shift {
+                Some(orbit::panned(
+                    session.camera(),
+                    by,
+                    f64::from(rect.height()),
+                ))
+            } else {
+                Some(orbit::turned(session.camera(), by))
+            };
+            if let Some(steered) = steered {
+                self.steer(session, steered);
+                self.moved = Some(Instant::now());
+            }
+        }
+        if response.double_clicked() {
+            self.frame_all(session);
+        }
+        if self.moved.is_some() {
+            ui.ctx().request_repaint_after(WHEEL);
+        }
+    }
+
+    fn steer(&mut self, session: &mut Session, viewpoint: Viewpoint) {
+        session.wanted.animation.camera_keys = None;
+        session.wanted.viewpoint = viewpoint;
+    }
+
+    /// All of the object in the picture, seen from where it is seen now.
+    fn frame_all(&mut self, session: &mut Session) {
+        if let Viewpoint::Orbit {
+            azimuth, elevation, ..
+        } = orbit::turned(session.camera(), DVec2::ZERO)
+        {
+            let fitted = Viewpoint::Orbit {
+                azimuth,
+                elevation,
+                distance: None,
+                target: None,
+            };
+            self.steer(session, fitted);
+        }
+    }
+
+    /// The line between two methods; whether it is dragged.
+    fn show_divider(&mut self, ui: &mut Ui, rect: Rect, session: &mut Session) -> bool {
+        let plan = session.plan();
+        let Some(left) = plan.split else { return false };
+        let names = [left.to_string(), plan.method_name()];
+        let share = session.wanted.split_at;
+        let x = rect.left() + rect.width() * share as f32;
+        let line = Rect::from_min_max(pos2(x - 5.0, rect.top()), pos2(x + 5.0, rect.bottom()));
+        let handle = ui.interact(line, ui.id().with("divider"), Sense::drag());
+        if handle.hovered() || handle.dragged() {
+            ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+        }
+        if handle.dragged() {
+            if let Some(pointer) = handle.interact_pointer_pos() {
+                let at = (pointer.x - rect.left()) / rect.width().max(1.0);
+                session.wanted.split_at = f64::from(at.clamp(0.0, 1.0));
+            }
+            self.dragging = true;
+        }
+        let strong = handle.hovered() || handle.dragged();
+        let ink = if strong {
+            style::WARM
+        } else {
+            Color32::from_white_alpha(150)
+        };
+        let painter = ui.painter();
+        painter.vline(x, rect.y_range(), Stroke::new(1.0, ink));
+        let middle = pos2(x, rect.bottom() - 36.0);
+        painter.circle_filled(middle, 7.0, ink);
+        for (side, name) in [-1.0, 1.0].into_iter().zip(names) {
+            let align = if side < 0.0 {
+                Align2::RIGHT_TOP
+            } else {
+                Align2::LEFT_TOP
+            };
+            let at = pos2(x + side * 12.0, rect.top() + 12.0);
+            painter.text(
+                at,
+                align,
+                name,
+                style::numbers(),
+                Color32::from_white_alpha(190),
+            );
+        }
+        handle.dragged()
+    }
+
+    fn keys(&mut self, context: &egui::Context, session: &mut Session) {
+        let pressed = |key| context.input(|input| input.key_pressed(key));
+        if pressed(Key::F1) {
+            self.help ^= true;
+        }
+        if pressed(Key::Escape) {
+            self.help = false;
+        }
+        if pressed(Key::P) {
+            self.saves = true;
+        }
+        if pressed(Key::Space) {
+            self.toggle(session);
+        }
+        if pressed(Key::F) {
+            self.frame_all(session);
+        }
+        if pressed(Key::C) {
+            self.costs ^= true;
+        }
+        if pressed(Key::M) {
+            const TURN: [Method; 5] = [
+                Method::Mixture,
+                Method::Samples,
+                Method::Rings,
+                Method::Brdf,
+                Method::None,
+            ];
+            let own = TURN
+                .iter()
+                .position(|method| *method == session.wanted.multiple);
+            session.wanted.multiple = TURN[own.map_or(0, |own| (own + 1) % TURN.len())];
+            session.wanted.fetch_budget = None;
+        }
+        if pressed(Key::S) {
+            let split = &mut session.wanted.split;
+            *split = match split {
+                Some(_) => None,
+                None => Some(Method::Brdf),
+            };
+        }
+        if pressed(Key::Num1) {
+            session.wanted.specular ^= true;
+        }
+        if pressed(Key::Num2) {
+            self.controls.toggle_single(&mut session.wanted);
+        }
+        if pressed(Key::Num3) {
+            self.controls.toggle_multiple(&mut session.wanted);
+        }
+        for (key, stops) in [(Key::OpenBracket, -0.25_f64), (Key::CloseBracket, 0.25)] {
+            if pressed(key) {
+                session.wanted.exposure *= stops.exp2();
+            }
+        }
+        let arrows = [
+            (Key::ArrowLeft, DVec2::new(-1.0, 0.0)),
+            (Key::ArrowRight, DVec2::new(1.0, 0.0)),
+            (Key::ArrowUp, DVec2::new(0.0, -1.0)),
+            (Key::ArrowDown, DVec2::new(0.0, 1.0)),
+        ];
+        for (key, by) in arrows {
+            if pressed(key) {
+                // Five degrees a press.
+                session.wanted.animation.light_keys = None;
+                session.wanted.light = orbit::turned_light(&session.wanted.light, 12.5 * by);
+                self.moved = Some(Instant::now());
+            }
+        }
+        let closes = context.input(|input| input.modifiers.command && input.key_pressed(Key::Q));
+        self.quits |= closes;
+    }
+}

@@ -1,0 +1,669 @@
+//! What the window shows: the picture that is wanted, and the two renderers that draw it.
+//!
+//! While something moves, a small picture is drawn once for each frame of the window and joined with those before it; as
+//! soon as all is still, the full one is averaged, frame by frame, exactly as `marmor render` does.
+
+use super::Error;
+use crate::frame::compose::Shown;
+use crate::frame::panel::Panel;
+use crate::frame::present::{Drawn, Presenter};
+use crate::frame::{self, Options, Renderer, Setup};
+use crate::gpu::{self, Device};
+use crate::ledger::budget::{self, Chosen};
+use crate::ledger::{self, Filter};
+use crate::scene::{Camera, MeshSource, Method, Model, Motion, Plan, Request, Single};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Behind the picture, where the scene puts nothing there: linear RGB of a neutral dark grey, against which both milk and
+/// ketchup can be judged.
+pub const BACKDROP: [f32; 3] = [0.0137, 0.0144, 0.0152];
+
+/// How long may a frame take while something moves? At 25 a second a drag feels attached to the pointer.
+const FLUID: Duration = Duration::from_millis(40);
+
+/// Shares of the picture's width and height that are drawn while something moves.
+pub const SCALES: [f64; 4] = [1.0, 0.5, 1.0 / 3.0, 0.25];
+
+/// At which size frames are drawn while something moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Draft {
+    /// The largest that is fluid, by the time of the last full frame.
+    #[default]
+    Auto,
+    /// The one at this place in [`SCALES`].
+    Fixed(usize),
+}
+
+/// Frames that a still is averaged over where the scene does not say: noise and edges are then gone to the eye.
+pub const FRAMES: u32 = 64;
+
+/// A renderer and its picture.
+struct Stage {
+    // Dropped first: it waits for the queue, and then nothing reads its picture.
+    renderer: Renderer,
+    shown: Shown,
+    plan: Plan,
+    // Frames it has drawn of its plan.
+    frames: u32,
+}
+
+/// What was drawn last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// A frame of what moves, at this place in [`SCALES`].
+    Draft(usize),
+    /// A still: frames averaged so far, and in all.
+    Still(u32, u32),
+}
+
+/// Time and cost of one pass of the last frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cost {
+    /// The pass.
+    pub pass: &'static str,
+    /// Device time, ms.
+    pub milliseconds: f64,
+    /// Declared fetches a pixel, or a texel in passes over the light map.
+    pub fetches: u32,
+    /// How often its time is that of its fetches alone, where prices are known.
+    pub over_floor: Option<f64>,
+}
+
+/// What the window shows, and how it came about.
+pub struct Session {
+    /// What is wanted. Whoever changes it need not ask whether it can be drawn: [`Session::fault`] says so.
+    pub wanted: Request,
+    /// The frame of an animation's loop that is shown.
+    pub frame_number: u32,
+    /// At which size frames are drawn while something moves.
+    pub draft_size: Draft,
+    /// Why what is wanted is not shown.
+    pub fault: Option<String>,
+    model: Arc<Model>,
+    loaded: MeshSource,
+    rows: Vec<budget::Row>,
+    // What was wanted when the plan was made, and at which frame.
+    planned: Option<(Request, u32)>,
+    plan: Plan,
+    chosen: Option<Chosen>,
+    still: Option<Stage>,
+    draft: Option<Stage>,
+    // Whether the shaders have changed since a renderer was made.
+    reload: bool,
+    // Whether the plan is one that only serves a drag.
+    steered: bool,
+    // Share of the pixels that the last whole still covers.
+    covered: f64,
+    phase: Phase,
+    auto_scale: usize,
+    still_time: Option<Duration>,
+    prices: Vec<frame::probe::FetchCost>,
+    filter: Filter,
+    options: Options,
+    device: Arc<Device>,
+}
+
+impl Session {
+    /// Loads what `wanted` names, to be drawn on `device`.
+    ///
+    /// # Errors
+    /// What [`Request::plan`] refuses, and the methods that are no matter of frames.
+    pub fn new(
+        options: &Options,
+        device: &Arc<Device>,
+        mut wanted: Request,
+    ) -> Result<Session, Error> {
+        let rows = budget::table()?;
+        let filter = frame::filter_of(device.candidate());
+        let time = wanted.time.take();
+        let model = Arc::new(wanted.mesh.load()?);
+        let frame_number = 0;
+        let (plan, chosen) = planned(&wanted, &model, &rows, filter)?;
+        let mut session = Session {
+            frame_number,
+            draft_size: Draft::Auto,
+            fault: None,
+            loaded: wanted.mesh.clone(),
+            planned: None,
+            still: None,
+            draft: None,
+            reload: false,
+            steered: false,
+            covered: 0.5,
+            phase: Phase::Still(0, FRAMES),
+            auto_scale: 1,
+            still_time: None,
+            prices: Vec::new(),
+            device: Arc::clone(device),
+            options: options.clone(),
+            wanted,
+            model,
+            rows,
+            plan,
+            chosen,
+            filter,
+        };
+        if let (Some(time), Some(motion)) = (time, session.motion()) {
+            session.frame_number = (motion.within(time) * motion.fps()).round() as u32;
+        }
+        Ok(session)
+    }
+
+    /// The plan that is shown.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// How a budget chose its methods, if one did.
+    pub fn chosen(&self) -> Option<&Chosen> {
+        self.chosen.as_ref()
+    }
+
+    /// What moves, if anything does.
+    pub fn motion(&self) -> Option<&Arc<Motion>> {
+        self.plan.motion.as_ref()
+    }
+
+    /// The mesh that is loaded, and what may move it.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The camera that is shown.
+    pub fn camera(&self) -> &Camera {
+        &self.plan.scene.camera
+    }
+
+    /// What was drawn last.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// How the device filters.
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Takes over what each kind of fetch costs here.
+    pub fn price(&mut self, prices: Vec<frame::probe::FetchCost>) {
+        self.prices = prices;
+    }
+
+    /// Has everything drawn by the shaders as they are now.
+    pub fn reload(&mut self) {
+        self.reload = true;
+    }
+
+    /// Opens another scene, mesh or bundled name in place of this one; on a fault all stays as it is.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn open(&mut self, source: &std::path::Path) -> Result<(), Error> {
+        let mut wanted = Request::open(source)?;
+        let size = self.wanted.size;
+        wanted.size = size;
+        let session = Session::new(&self.options, &self.device, wanted)?;
+        let old = std::mem::replace(self, session);
+        self.draft_size = old.draft_size;
+        self.auto_scale = old.auto_scale;
+        self.prices = old.prices;
+        // Shown until there is something else.
+        self.still = old.still;
+        self.planned = None;
+        Ok(())
+    }
+
+    /// Frames that a still is averaged over.
+    pub fn frames(&self) -> u32 {
+        self.wanted.frames_averaged.unwrap_or(FRAMES)
+    }
+
+    /// Whether the still is whole.
+    pub fn converged(&self) -> bool {
+        matches!(self.phase, Phase::Still(done, of) if done >= of) && !self.behind(false)
+    }
+
+    /// Whether something other than what is shown is wanted.
+    fn behind(&self, moving: bool) -> bool {
+        let same = self
+            .planned
+            .as_ref()
+            .is_some_and(|(request, frame)| *request == self.wanted && *frame == self.frame_number);
+        !same || self.reload || (self.steered && !moving)
+    }
+
+    /// Draws the next frame of what is wanted, at `size` pixels: one of what moves if it is `moving`, else one more of the
+    /// still, unless that is whole.
+    ///
+    /// # Errors
+    /// What the device cannot recover from; all else is [`Session::fault`].
+    pub fn draw(
+        &mut self,
+        presenter: &mut Presenter,
+        size: [u32; 2],
+        moving: bool,
+    ) -> Result<(), Error> {
+        self.wanted.size = size;
+        if self.behind(moving) {
+            match self.replan(moving) {
+                Ok(()) => self.fault = None,
+                Err(error) => self.fault = Some(error.to_string()),
+            }
+            self.planned = Some((self.wanted.clone(), self.frame_number));
+            if !moving && self.fault.is_none() {
+                self.phase = Phase::Still(0, self.frames());
+            }
+        }
+        let drawn = if moving {
+            self.draw_draft(presenter)
+        } else {
+            self.draw_still(presenter)
+        };
+        match drawn {
+            // The device is there, only this picture is not.
+            Err(Error::Device(error)) if !error.is_fatal() => {
+                self.fault = Some(frame::Error::from(error).to_string());
+                Ok(())
+            }
+            Err(Error::Input(message)) => {
+                self.fault = Some(message);
+                Ok(())
+            }
+            drawn => drawn,
+        }
+    }
+
+    /// Makes the plan of what is wanted.
+    fn replan(&mut self, moving: bool) -> Result<(), Error> {
+        if self.wanted.mesh != self.loaded {
+            self.model = Arc::new(self.wanted.mesh.load()?);
+            self.loaded = self.wanted.mesh.clone();
+            self.frame_number = 0;
+        }
+        let mut asked = self.wanted.clone();
+        let same_motion = |(before, _): &(Request, u32)| {
+            before.animation == asked.animation
+                && before.unit == asked.unit
+                && before.mesh == asked.mesh
+        };
+        let steered = self.planned.as_ref().is_some_and(same_motion)
+            && moving
+            && asked.animation.light_keys.is_none()
+            && asked.animation.camera_keys.is_none()
+            && self.plan.motion.is_some();
+        let (plan, chosen) = match self.plan.motion.clone().filter(|_| steered) {
+            // Quick enough to follow a drag; what it leaves out is made up for as soon as all is still.
+            Some(motion) => {
+                check(&asked)?;
+                let mut plan = asked
+                    .plan_steered(&motion)?
+                    .at(motion.time(self.frame_number));
+                if let Some(chosen) = &self.chosen {
+                    chosen.row.choice.apply(&mut plan);
+                }
+                (plan, self.chosen)
+            }
+            None => {
+                let motion = self
+                    .motion()
+                    .filter(|motion| Arc::ptr_eq(&motion.model, &self.model));
+                if let Some(motion) = motion {
+                    asked.time = Some(motion.time(self.frame_number)).filter(|time| *time > 0.0);
+                }
+                planned(&asked, &self.model, &self.rows, self.filter)?
+            }
+        };
+        (self.plan, self.chosen, self.steered) = (plan, chosen, steered);
+        Ok(())
+    }
+
+    /// The plan as it is drawn while something moves.
+    fn draft_plan(&self, scale: usize) -> Plan {
+        let share = SCALES[scale];
+        let mut plan = self.plan.clone();
+        plan.size = plan
+            .size
+            .map(|side| ((f64::from(side) * share).round() as u32).max(1));
+        if share < 1.0 {
+            plan.light_map = (plan.light_map / 2).max(16);
+        }
+        plan.frames_averaged = 1;
+        // Between pixels of a small picture edges must not show what lies behind them as black.
+        let backdrop = BACKDROP.map(f64::from);
+        plan.background = Some(plan.background.unwrap_or(backdrop));
+        plan
+    }
+
+    fn draw_draft(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        let scale = match self.draft_size {
+            Draft::Fixed(scale) => scale.min(SCALES.len() - 1),
+            Draft::Auto => self.auto_scale,
+        };
+        let plan = self.draft_plan(scale);
+        let Some(stage) = self.stage(presenter, plan, true)? else {
+            return Ok(());
+        };
+        if let Some(motion) = stage.plan.motion.clone() {
+            let moment = motion.moment(motion.time(stage.frame_number), stage.plan.light_map);
+            stage.stage.renderer.show(&moment);
+        }
+        let stage = stage.stage;
+        stage.renderer.draw_live(stage.frames, false)?;
+        stage.frames = stage.frames.wrapping_add(1);
+        self.phase = Phase::Draft(scale);
+        Ok(())
+    }
+
+    fn draw_still(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        let frames = self.frames();
+        if self.converged() {
+            return Ok(());
+        }
+        let mut plan = self.plan.clone();
+        plan.frames_averaged = frames;
+        let Some(Staged { stage, .. }) = self.stage(presenter, plan, false)? else {
+            return Ok(());
+        };
+        let start = Instant::now();
+        if stage.frames < frames {
+            stage.renderer.accumulate(stage.frames)?;
+            stage.frames += 1;
+        }
+        let done = stage.frames;
+        // The first frames compile, and the one after waits for them.
+        if done > 2 {
+            let time = start.elapsed();
+            self.still_time = Some(time);
+            // All but what the light alone costs falls with the area; a draft's light map costs a quarter.
+            let fluid = FLUID.as_secs_f64() / time.as_secs_f64().max(1e-6);
+            let fits = SCALES.iter().position(|scale| scale * scale <= fluid);
+            self.auto_scale = fits.unwrap_or(SCALES.len() - 1);
+        }
+        self.phase = Phase::Still(done, frames);
+        if done == frames {
+            tracing::info!("still: {frames} frames");
+            if let Some(read) = self.read()? {
+                let covered = read.radiance.iter().filter(|pixel| pixel[3] > 0.0);
+                self.covered = covered.count() as f64 / read.radiance.len().max(1) as f64;
+            }
+        }
+        Ok(())
+    }
+
+    /// The stage of drafts or of stills, ready for `plan`; none while the window has no area.
+    fn stage(
+        &mut self,
+        presenter: &mut Presenter,
+        plan: Plan,
+        live: bool,
+    ) -> Result<Option<Staged<'_>>, Error> {
+        if std::mem::take(&mut self.reload) {
+            self.renew(presenter)?;
+        }
+        let slot = if live {
+            &mut self.draft
+        } else {
+            &mut self.still
+        };
+        if let Some(stage) = slot.as_mut()
+            && stage.plan != plan
+        {
+            if stage.renderer.adopt(&plan) {
+                stage.plan = plan.clone();
+                if !live {
+                    stage.frames = 0;
+                }
+            } else {
+                // Made before the old one goes, lest a fault leave nothing to show.
+                let new = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
+                let Some(new) = new else { return Ok(None) };
+                *slot = Some(new);
+            }
+        }
+        if slot.is_none() {
+            *slot = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
+        }
+        Ok(slot.as_mut().map(|stage| Staged {
+            plan,
+            frame_number: self.frame_number,
+            stage,
+        }))
+    }
+
+    /// Makes the renderers anew, from the shaders as they are; if that fails, the old ones stay.
+    fn renew(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        for (slot, live) in [(&mut self.still, false), (&mut self.draft, true)] {
+            if let Some(plan) = slot.as_ref().map(|stage| stage.plan.clone()) {
+                let new = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
+                if new.is_some() {
+                    *slot = new;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn shown(&mut self) -> Option<&mut Stage> {
+        let draft = matches!(self.phase, Phase::Draft(_));
+        match draft {
+            true => self.draft.as_mut().or(self.still.as_mut()),
+            false => self
+                .still
+                .as_mut()
+                .filter(|stage| stage.frames > 0)
+                .or(self.draft.as_mut()),
+        }
+    }
+
+    /// Shows what was drawn last in columns and rows `place` (x, y, width, height) of the window, and over it `panel`.
+    ///
+    /// # Errors
+    /// What the device cannot recover from.
+    pub fn present(
+        &mut self,
+        presenter: &mut Presenter,
+        place: [i32; 4],
+        panel: &Panel,
+    ) -> Result<Drawn, Error> {
+        let Some(stage) = self.shown() else {
+            return Ok(Drawn::Skipped);
+        };
+        Ok(presenter.draw((&mut stage.renderer, &stage.shown), place, BACKDROP, panel)?)
+    }
+
+    /// Moves the divider of a split picture, without making anything anew.
+    pub fn split_at(&mut self, share: f64) {
+        self.wanted.split_at = share;
+    }
+
+    /// What a picture of the whole still reads back as: its size, linear radiance and bytes for display.
+    ///
+    /// # Errors
+    /// What the device says.
+    pub fn read(&mut self) -> Result<Option<Read>, Error> {
+        let Some(stage) = self.still.as_mut().filter(|stage| stage.frames > 0) else {
+            return Ok(None);
+        };
+        stage.renderer.read_mean(stage.frames - 1)?;
+        Ok(Some(Read {
+            size: stage.plan.size,
+            radiance: stage.renderer.radiance()?,
+            display: stage.renderer.display()?,
+        }))
+    }
+
+    /// The request whose picture `marmor render` draws as the still is.
+    pub fn request(&self) -> Request {
+        let time = self.motion().map(|motion| motion.time(self.frame_number));
+        Request {
+            frames_averaged: Some(self.frames()),
+            time: time.filter(|time| *time > 0.0),
+            ..self.wanted.clone()
+        }
+    }
+
+    /// An intermediate image of the last frame, for looking at.
+    ///
+    /// # Errors
+    /// What the device says.
+    pub fn intermediate(&mut self, target: frame::Target) -> Result<Option<Intermediate>, Error> {
+        let Some(stage) = self.shown() else {
+            return Ok(None);
+        };
+        let texels = stage.renderer.read(target)?;
+        Ok(Some(Intermediate {
+            texels,
+            plan: stage.plan.clone(),
+        }))
+    }
+
+    /// What the passes of the last frame cost, in turn.
+    pub fn costs(&mut self) -> Vec<Cost> {
+        let (filter, prices) = (self.filter, self.prices.clone());
+        let (draft, covered) = (matches!(self.phase, Phase::Draft(_)), self.covered);
+        let Some(stage) = self.shown() else {
+            return Vec::new();
+        };
+        let declared = match draft {
+            true => ledger::declared_live(&stage.plan, filter),
+            false => ledger::declared(&stage.plan, filter),
+        };
+        let passes = stage.renderer.last_passes().into_iter();
+        let [width, height] = stage.plan.size.map(f64::from);
+        let covered = covered * width * height;
+        let costs = passes.map(|(pass, milliseconds, _)| {
+            let floor = frame::cases::floor(&stage.plan, &declared, pass, covered, filter, &prices);
+            let lines = declared.iter().filter(|line| line.pass == pass);
+            let fetched =
+                lines.filter(|line| ledger::counts(line.term) || line.term == ledger::TEXEL);
+            Cost {
+                pass,
+                milliseconds,
+                fetches: fetched.map(|line| line.per_pixel).sum(),
+                over_floor: floor.map(|floor| milliseconds / floor),
+            }
+        });
+        costs.collect()
+    }
+
+    /// Fetches a pixel that the plan declares.
+    pub fn fetches(&self) -> u32 {
+        ledger::total(&ledger::declared(&self.plan, self.filter))
+    }
+}
+
+struct Staged<'a> {
+    plan: Plan,
+    frame_number: u32,
+    stage: &'a mut Stage,
+}
+
+/// A picture, read back.
+pub struct Read {
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Linear RGBA radiance, premultiplied by coverage, row-major.
+    pub radiance: Vec<[f32; 4]>,
+    /// sRGB with straight alpha, row-major.
+    pub display: Vec<[u8; 4]>,
+}
+
+/// An intermediate image, read back, and the plan that it belongs to.
+pub struct Intermediate {
+    /// Up to four floats a texel, row-major.
+    pub texels: Vec<[f32; 4]>,
+    /// What was drawn.
+    pub plan: Plan,
+}
+
+impl Stage {
+    fn new(
+        options: &Options,
+        device: &Arc<Device>,
+        presenter: &mut Presenter,
+        plan: &Plan,
+        live: bool,
+    ) -> Result<Option<Stage>, Error> {
+        frame::check_fit(options, plan, device.candidate(), live)?;
+        let setup = Setup {
+            live,
+            measure: true,
+            ..Setup::default()
+        };
+        let renderer = Renderer::new(device, plan, &setup)?;
+        let shown = presenter.shown(&renderer)?;
+        Ok(shown.map(|shown| Stage {
+            renderer,
+            shown,
+            plan: plan.clone(),
+            frames: 0,
+        }))
+    }
+}
+
+/// Refuses what no frame of a window can draw.
+fn check(request: &Request) -> Result<(), Error> {
+    if request.fetch_budget.is_none()
+        && (request.multiple == Method::Exact || request.split == Some(Method::Exact))
+    {
+        return Err(Error::Input(
+            "exact takes minutes: choose another method, and see its error against exact below, or `marmor render --multiple exact`"
+                .to_owned(),
+        ));
+    }
+    if request.single == Single::Traced {
+        return Err(Error::Input(
+            "traced single scattering is for `marmor render`; choose --single 8".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// The plan of `request` for `model`, and how a budget chose its methods.
+fn planned(
+    request: &Request,
+    model: &Arc<Model>,
+    rows: &[budget::Row],
+    filter: Filter,
+) -> Result<(Plan, Option<Chosen>), Error> {
+    check(request)?;
+    let plan = request.plan_of(model)?;
+    let Some(budget) = request.fetch_budget else {
+        return Ok((plan, None));
+    };
+    let (plan, chosen) = budget::choose(rows, &plan, budget, filter)?;
+    Ok((plan, Some(chosen)))
+}
+
+impl From<gpu::Error> for Error {
+    fn from(error: gpu::Error) -> Self {
+        Error::Device(error)
+    }
+}
+
+impl From<frame::Error> for Error {
+    fn from(error: frame::Error) -> Self {
+        match error {
+            frame::Error::TooLarge(message) => Error::Input(message),
+            error => Error::Start(error.to_string()),
+        }
+    }
+}
+
+impl From<crate::scene::Error> for Error {
+    fn from(error: crate::scene::Error) -> Self {
+        Error::Input(error.to_string())
+    }
+}
+
+impl From<budget::Error> for Error {
+    fn from(error: budget::Error) -> Self {
+        Error::Input(error.to_string())
+    }
+}

@@ -1,0 +1,350 @@
+//! The system's window: its events, and its frames.
+
+use super::panel::{Facts, Panel};
+use super::session::{Phase, Session};
+use super::timing::{Frame, Timing};
+use super::{Error, Settings, Summary, paint, save, style};
+use crate::frame::present::{Drawn, Presenter};
+use crate::frame::{self, Options, panel as drawn};
+use crate::scene::Request;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use winit::window::{Window, WindowId};
+
+/// How long after the last event does a still wait before it goes on? So long the panel alone is drawn, and answers at
+/// once.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// How often does a window that cannot be drawn try again?
+const HIDDEN: Duration = Duration::from_millis(200);
+
+/// What wakes the event loop.
+#[derive(Clone, Copy, Debug)]
+pub enum Wake {
+    /// Something that the window shows has changed elsewhere.
+    Redraw,
+}
+
+/// Opens the window and runs it.
+pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<Summary, Error> {
+    let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
+        // The whole of it is several lines of reasons.
+        let reason = error.to_string();
+        let reason = reason.lines().next().unwrap_or_default().trim_end_matches('.');
+        Error::Start(format!(
+            "no display to open a window on ({reason}): run it in a desktop session, set DISPLAY or WAYLAND_DISPLAY, or \
+             draw to a file with `marmor render`"
+        ))
+    })?;
+    let mut app = App {
+        options,
+        settings,
+        request: Some(request),
+        running: None,
+        result: Ok(Summary::default()),
+    };
+    event_loop
+        .run_app(&mut app)
+        .map_err(|error| Error::Start(format!("the display has gone ({error})")))?;
+    app.result
+}
+
+struct App<'a> {
+    options: &'a Options,
+    settings: &'a Settings,
+    request: Option<Request>,
+    running: Option<Running>,
+    result: Result<Summary, Error>,
+}
+
+impl App<'_> {
+    fn end(&mut self, event_loop: &ActiveEventLoop, fault: Option<Error>) {
+        if let Some(running) = self.running.take() {
+            self.result = Ok(running.summary());
+        }
+        if let Some(fault) = fault {
+            self.result = Err(fault);
+        }
+        event_loop.exit();
+    }
+}
+
+impl ApplicationHandler<Wake> for App<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        // Once; a desktop never takes the window away again.
+        let Some(request) = self.request.take() else {
+            return;
+        };
+        match Running::open(event_loop, self.options, self.settings, request) {
+            Ok(running) => self.running = Some(running),
+            Err(fault) => self.end(event_loop, Some(fault)),
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: Wake) {
+        if let Some(running) = &self.running {
+            running.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        match running.handle(event_loop, &event) {
+            Ok(true) => {}
+            Ok(false) => self.end(event_loop, None),
+            Err(fault) => self.end(event_loop, Some(fault)),
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(running) = &self.running else { return };
+        match running.next {
+            Next::Now => running.window.request_redraw(),
+            Next::At(instant) if instant <= Instant::now() => running.window.request_redraw(),
+            _ => {}
+        }
+        event_loop.set_control_flow(match running.next {
+            Next::Now => ControlFlow::Poll,
+            Next::At(instant) => ControlFlow::WaitUntil(instant),
+            Next::Asked => ControlFlow::Wait,
+        });
+    }
+}
+
+/// When the next frame is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    Now,
+    At(Instant),
+    /// When something happens.
+    Asked,
+}
+
+/// The open window. Fields are dropped in turn: what draws before what it draws on.
+struct Running {
+    session: Session,
+    presenter: Presenter,
+    panel: Panel,
+    egui: egui_winit::State,
+    context: egui::Context,
+    timing: Timing,
+    next: Next,
+    // When something last happened in the window.
+    touched: Instant,
+    // Of a frame that was skipped: textures of the panel that are still to come, and to go.
+    carried: drawn::Panel,
+    messages: Vec<String>,
+    saves: PathBuf,
+    // Whether the picture is to be saved once it is whole.
+    saving: bool,
+    window: Arc<Window>,
+}
+
+impl Running {
+    fn open(
+        event_loop: &ActiveEventLoop,
+        options: &Options,
+        settings: &Settings,
+        request: Request,
+    ) -> Result<Running, Error> {
+        let [width, height] = settings.size;
+        let attributes = Window::default_attributes()
+            .with_title("marmor")
+            .with_inner_size(PhysicalSize::new(width, height))
+            .with_min_inner_size(PhysicalSize::new(480, 320));
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| Error::Start(format!("the display opens no window ({error})")))?;
+        let window = Arc::new(window);
+        let handles = window
+            .display_handle()
+            .and_then(|display| Ok((display.as_raw(), window.window_handle()?.as_raw())))
+            .map_err(|error| Error::Start(format!("the window cannot be drawn on ({error})")))?;
+        let (device, surface) = frame::open_window(options, handles)?;
+        let session = Session::new(options, &device, request)?;
+        let size = window.inner_size().into();
+        let presenter = Presenter::new(&device, &surface, size, settings.present)?;
+        let context = egui::Context::default();
+        style::dress(&context);
+        let side = device.candidate().limits.max_image_dimension2_d as usize;
+        let egui = egui_winit::State::new(
+            context.clone(),
+            egui::ViewportId::ROOT,
+            &*window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(side),
+        );
+        let panel = Panel::new(&session);
+        window.request_redraw();
+        Ok(Running {
+            session,
+            presenter,
+            panel,
+            egui,
+            context,
+            timing: Timing::default(),
+            next: Next::Now,
+            touched: Instant::now(),
+            carried: drawn::Panel::default(),
+            messages: Vec::new(),
+            saves: settings.saves.clone(),
+            saving: false,
+            window,
+        })
+    }
+
+    fn summary(&self) -> Summary {
+        tracing::info!(
+            "closed: {} frames, the longest {:.0} ms, {} validation messages",
+            self.timing.count,
+            self.timing.longest,
+            self.messages.len()
+        );
+        Summary {
+            frames: self.timing.count,
+            longest: self.timing.longest,
+            messages: self.messages.len(),
+        }
+    }
+
+    /// Takes an event in; false closes the window.
+    fn handle(&mut self, event_loop: &ActiveEventLoop, event: &WindowEvent) -> Result<bool, Error> {
+        let response = self.egui.on_window_event(&self.window, event);
+        match event {
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => return Ok(false),
+            WindowEvent::RedrawRequested => {
+                return self.redraw(event_loop).map(|()| !self.panel.quits);
+            }
+            WindowEvent::Resized(size) => {
+                self.presenter.resize((*size).into());
+                self.next = Next::Now;
+            }
+            WindowEvent::DroppedFile(path) => {
+                match self.session.open(path) {
+                    Ok(()) => {
+                        self.panel = Panel::new(&self.session);
+                        self.panel.say(format!("opened {}", path.display()));
+                    }
+                    Err(fault @ Error::Device(_)) => return Err(fault),
+                    Err(fault) => self.panel.complain(fault.to_string()),
+                }
+                self.next = Next::Now;
+            }
+            _ => {}
+        }
+        if response.repaint {
+            self.touched = Instant::now();
+            self.next = Next::Now;
+        }
+        Ok(true)
+    }
+
+    fn redraw(&mut self, _: &ActiveEventLoop) -> Result<(), Error> {
+        let start = Instant::now();
+        self.presenter.resize(self.window.inner_size().into());
+        let device = Arc::clone(self.session.device());
+        let instance = device.instance();
+        for message in instance.take_messages() {
+            tracing::warn!("validation: {message}");
+            self.messages.push(message);
+        }
+
+        // The panel first: it says what is wanted, and where the picture has its place.
+        let input = self.egui.take_egui_input(&self.window);
+        let facts = Facts {
+            timing: &self.timing,
+            costs: self.session.costs(),
+            compose: self.presenter.milliseconds(),
+            mode: self.presenter.mode(),
+            messages: &self.messages,
+            validation: instance.validation(),
+            saving: self.saving,
+        };
+        let (panel, session) = (&mut self.panel, &mut self.session);
+        let output = self
+            .context
+            .run_ui(input, |ui| panel.show(ui, session, &facts));
+        self.egui
+            .handle_platform_output(&self.window, output.platform_output);
+        let scale = output.pixels_per_point;
+        let triangles = self.context.tessellate(output.shapes, scale);
+        let size: [u32; 2] = self.window.inner_size().into();
+        let mut triangles = paint::panel(output.textures_delta, triangles, scale, size);
+        triangles
+            .new
+            .splice(0..0, std::mem::take(&mut self.carried.new));
+        triangles.gone.append(&mut self.carried.gone);
+        self.saving |= std::mem::take(&mut self.panel.saves);
+
+        let [x, y, width, height] = paint::pixels(self.panel.viewport(), scale, size);
+        let visible = width > 0 && height > 0;
+        let moving = self.panel.moving();
+        let quiet = moving || self.touched.elapsed() > QUIET || self.timing.count < 2;
+        let draws = visible && quiet && (moving || !self.session.converged());
+        if draws {
+            self.session
+                .draw(&mut self.presenter, [width, height], moving)?;
+        }
+        let place = [x, y, width, height].map(|side| side as i32);
+        let drawn = self
+            .session
+            .present(&mut self.presenter, place, &triangles)?;
+        if drawn == Drawn::Skipped {
+            self.carried.new = triangles.new;
+            self.carried.gone = triangles.gone;
+        }
+        self.save_if_whole()?;
+
+        let repaint = output
+            .viewport_output
+            .get(&egui::ViewportId::ROOT)
+            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        let now = Instant::now();
+        let settled = self.session.converged() || self.session.fault.is_some();
+        self.next = if drawn == Drawn::Skipped {
+            Next::At(now + HIDDEN)
+        } else if moving || repaint.is_zero() {
+            Next::Now
+        } else if !settled {
+            if quiet {
+                Next::Now
+            } else {
+                Next::At(self.touched + QUIET + Duration::from_millis(1))
+            }
+        } else {
+            now.checked_add(repaint.min(Duration::from_secs(3600)))
+                .map_or(Next::Asked, Next::At)
+        };
+        self.timing.push(Frame {
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            picture: draws,
+        });
+        Ok(())
+    }
+
+    /// Saves the picture, if that was asked for and it is whole.
+    fn save_if_whole(&mut self) -> Result<(), Error> {
+        if !self.saving || !self.session.converged() {
+            return Ok(());
+        }
+        self.saving = false;
+        let Some(read) = self.session.read()? else {
+            return Ok(());
+        };
+        match save::save(&self.saves, &self.session.request(), &read) {
+            Ok(path) => self.panel.say(format!("saved {}", path.display())),
+            Err(fault) => self.panel.complain(fault.to_string()),
+        }
+        debug_assert!(matches!(self.session.phase(), Phase::Still(..)));
+        Ok(())
+    }
+}
