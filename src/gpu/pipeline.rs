@@ -7,6 +7,21 @@ use ash::vk;
 
 use super::{DescriptorSets, Device, Image, check};
 
+/// Which build of a shader its SPIR-V is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ShaderBuild {
+    /// As it runs.
+    Plain,
+    /// It also counts what it reads of textures.
+    Counting,
+    /// Its reads of textures alone.
+    Floor,
+}
+
+/// Where pipelines take SPIR-V from in place of a shader's own, as words; none for its own, and the compiler's message
+/// where the code is at fault. What it gives must be valid and have the interface of the shader's own.
+pub type ShaderSource = dyn Fn(&Shader) -> Result<Option<Vec<u32>>, String> + Send + Sync;
+
 /// One entry of the table that `build.rs` writes.
 #[derive(Clone, Copy, Debug)]
 pub struct Shader {
@@ -14,6 +29,8 @@ pub struct Shader {
     pub name: &'static str,
     /// The pipeline stage.
     pub stage: vk::ShaderStageFlags,
+    /// Which build `spirv` is.
+    pub build: ShaderBuild,
     /// Optimised SPIR-V, with names and lines, in little-endian words.
     pub spirv: &'static [u8],
     /// The counting build of the same source: what it reads of textures it counts.
@@ -26,6 +43,7 @@ impl Shader {
     /// The counting build in place of the plain one.
     pub fn counted(self) -> Shader {
         Shader {
+            build: ShaderBuild::Counting,
             spirv: self.counting,
             ..self
         }
@@ -36,6 +54,7 @@ impl Shader {
         match self.floor {
             [] => self,
             floor => Shader {
+                build: ShaderBuild::Floor,
                 spirv: floor,
                 ..self
             },
@@ -58,7 +77,11 @@ struct Module<'a> {
 
 impl<'a> Module<'a> {
     fn new(device: &'a Device, shader: &'a Shader) -> super::Result<Self> {
-        let words = shader.words();
+        let given = match device.shader_source() {
+            Some(source) => source(shader).map_err(super::Error::Shader)?,
+            None => None,
+        };
+        let words = given.unwrap_or_else(|| shader.words());
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words come from shaderc, which emits valid SPIR-V.
         let raw = check("vkCreateShaderModule", unsafe {
