@@ -85,7 +85,12 @@ fn compiling_at_run_time_gives_what_the_build_gave() {
             scope.spawn(|| {
                 while let Some(shader) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let words = compiled(&own(), shader).expect("a compiled shader");
-                    assert_eq!(words, shader.words(), "{} {:?}", shader.name, shader.build);
+                    assert!(
+                        words == shader.words(),
+                        "{} {:?}",
+                        shader.name,
+                        shader.build
+                    );
                     seen.lock().expect("the counts")[shader.build as usize] += 1;
                 }
             });
@@ -199,6 +204,22 @@ fn an_error_names_file_and_line_and_what_was_made_goes_on() {
         "return mxi(x",
         "return mix(x",
     );
+
+    // What the host does not bind is no crash of the driver.
+    let bound = "layout(binding = 9) uniform Tint { vec4 tint; };\nvec3 tone_map";
+    replace(folder.path(), "resolve.frag", "vec3 tone_map", bound);
+    replace(
+        folder.path(),
+        "resolve.frag",
+        "vec3 color = ",
+        "vec3 color = tint.rgb + ",
+    );
+    let error = message();
+    assert!(
+        error.contains("resolve.frag") && error.contains("binding 9"),
+        "{error}"
+    );
+    fs::write(folder.path().join("resolve.frag"), &text).expect("a shader");
 
     // Of what is included, its own name and line.
     let path = folder.path().join("specular.glsl");

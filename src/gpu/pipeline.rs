@@ -76,12 +76,23 @@ struct Module<'a> {
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a Device, shader: &'a Shader) -> super::Result<Self> {
+    fn new(device: &'a Device, shader: &'a Shader, sets: &DescriptorSets) -> super::Result<Self> {
         let given = match device.shader_source() {
             Some(source) => source(shader).map_err(super::Error::Shader)?,
             None => None,
         };
-        let words = given.unwrap_or_else(|| shader.words());
+        let own = shader.words();
+        if let Some(given) = &given {
+            // Drivers crash on these.
+            let known = |binding: &u32| sets.has(*binding) || bindings(&own).contains(binding);
+            if let Some(binding) = bindings(given).iter().find(|binding| !known(binding)) {
+                return Err(super::Error::Shader(format!(
+                    "{}: its pass has no binding {binding}; only a new build of the program can add one",
+                    shader.name
+                )));
+            }
+        }
+        let words = given.unwrap_or(own);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words come from shaderc, which emits valid SPIR-V.
         let raw = check("vkCreateShaderModule", unsafe {
@@ -108,6 +119,27 @@ impl Drop for Module<'_> {
         // SAFETY: pipelines do not need their modules once made.
         unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
     }
+}
+
+/// The numbers of the bindings that SPIR-V decorates.
+fn bindings(words: &[u32]) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const DECORATE: u32 = 71;
+    const BINDING: u32 = 33;
+    let mut found = Vec::new();
+    let mut rest = words.get(HEADER..).unwrap_or_default();
+    // An instruction's first word holds its length and what it is.
+    while let Some(instruction) =
+        rest.get(..rest.first().map_or(1, |word| (word >> 16).max(1)) as usize)
+    {
+        if let [first, _, BINDING, number] = *instruction
+            && first & 0xffff == DECORATE
+        {
+            found.push(number);
+        }
+        rest = &rest[instruction.len()..];
+    }
+    found
 }
 
 /// Values of specialisation constants; constant_id is the place in the list.
@@ -175,7 +207,7 @@ impl ComputePipeline {
             layout,
             device: Arc::clone(device),
         };
-        let module = Module::new(device, shader)?;
+        let module = Module::new(device, shader, sets)?;
         let (entries, data) = specialization(constants);
         let values = vk::SpecializationInfo::default()
             .map_entries(&entries)
@@ -439,8 +471,11 @@ impl GraphicsPipeline {
             device: Arc::clone(device),
         };
 
-        let vertex = Module::new(device, desc.vertex)?;
-        let fragment = desc.fragment.map(|f| Module::new(device, f)).transpose()?;
+        let vertex = Module::new(device, desc.vertex, sets)?;
+        let fragment = desc
+            .fragment
+            .map(|f| Module::new(device, f, sets))
+            .transpose()?;
         let (entries, data) = specialization(desc.constants);
         let values = vk::SpecializationInfo::default()
             .map_entries(&entries)
