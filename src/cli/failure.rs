@@ -58,7 +58,9 @@ impl From<budget::Error> for Failure {
 impl From<frame::Error> for Failure {
     fn from(error: frame::Error) -> Self {
         match error {
-            frame::Error::TooLarge(message) => Failure::Input(message),
+            frame::Error::TooLarge(message) | frame::Error::Shader(message) => {
+                Failure::Input(message)
+            }
             frame::Error::NoDevice(message) | frame::Error::Device(message) => {
                 Failure::Device(message)
             }

@@ -32,7 +32,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`gpu::Error::OutOfMemory`] naming what did not fit, [`gpu::Error::Unsupported`] where the device cannot count,
-    /// or what the driver says.
+    /// [`gpu::Error::Shader`] where its source of shaders gives none, or what the driver says.
     pub fn new(device: &Arc<Device>, plan: &Plan, setup: &Setup) -> gpu::Result<Self> {
         let &Setup {
             keep_gbuffer,

@@ -8,6 +8,7 @@ mod boxes;
 mod boxes_ways;
 mod capture;
 pub mod cases;
+mod compile;
 pub mod compose;
 mod deform;
 mod exact;
@@ -30,11 +31,12 @@ pub mod targets;
 pub mod uniforms;
 mod view;
 mod volume;
+pub mod watch;
 
 /// The table of compiled shaders, written by `build.rs`.
 #[allow(missing_docs, clippy::unreadable_literal)]
 pub mod shaders {
-    use crate::gpu::Shader;
+    use crate::gpu::{Shader, ShaderBuild};
     include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 }
 

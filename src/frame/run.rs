@@ -41,6 +41,9 @@ pub enum Error {
     /// The request does not fit the device.
     #[error("{0}")]
     TooLarge(String),
+    /// A shader that was to replace the program's own is at fault; the message may have several lines.
+    #[error("{0}")]
+    Shader(String),
     /// The device was lost, ran out of memory or its driver failed.
     #[error("{0}")]
     Device(String),
@@ -51,6 +54,7 @@ impl From<gpu::Error> for Error {
         match error {
             gpu::Error::NoDevice(message) => Error::NoDevice(message),
             gpu::Error::Unsupported(message) => Error::TooLarge(message),
+            gpu::Error::Shader(message) => Error::Shader(message),
             gpu::Error::OutOfMemory { .. } => Error::Device(format!(
                 "{error}; lower --size or --light-map, or decimate the mesh"
             )),

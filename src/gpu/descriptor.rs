@@ -66,6 +66,7 @@ pub struct DescriptorSets {
     pub(crate) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
+    kinds: Vec<Option<vk::DescriptorType>>,
     device: Arc<Device>,
 }
 
@@ -109,12 +110,14 @@ impl DescriptorSets {
             layout,
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
+            kinds,
             device: Arc::clone(device),
         };
         device.name(layout, name);
 
         let count = sets.len() as u32;
-        let sizes: Vec<_> = kinds
+        let sizes: Vec<_> = made
+            .kinds
             .iter()
             .flatten()
             .map(|&ty| vk::DescriptorPoolSize {
@@ -170,6 +173,11 @@ impl DescriptorSets {
             }
         }
         Ok(made)
+    }
+
+    /// Whether the sets have a binding of this number.
+    pub(crate) fn has(&self, number: u32) -> bool {
+        self.kinds.get(number as usize).copied().flatten().is_some()
     }
 
     /// The set of frame slot `slot`.

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, vk};
 use gpu_allocator::vulkan as allocator;
 
-use super::{Error, Instance, Result, check, lock};
+use super::{Error, Instance, Result, ShaderSource, check, lock};
 
 /// A physical device, and what it offers of what is needed.
 #[derive(Clone, Debug)]
@@ -269,6 +269,7 @@ pub struct Device {
     debug: Option<ext::debug_utils::Device>,
     candidate: Candidate,
     made: Made,
+    shader_source: Mutex<Option<Arc<ShaderSource>>>,
     instance: Arc<Instance>,
 }
 
@@ -342,6 +343,7 @@ impl Device {
             debug,
             candidate: candidate.clone(),
             made: Made::default(),
+            shader_source: Mutex::default(),
             instance: Arc::clone(instance),
             raw,
         });
@@ -363,6 +365,15 @@ impl Device {
     pub fn bytes_in_use(&self) -> u64 {
         let report = lock(&self.allocator).generate_report();
         report.total_allocated_bytes
+    }
+
+    /// Sets where the pipelines that are made from here on take their shaders from; none for those of the program.
+    pub fn set_shader_source(&self, source: Option<Arc<ShaderSource>>) {
+        *lock(&self.shader_source) = source;
+    }
+
+    pub(crate) fn shader_source(&self) -> Option<Arc<ShaderSource>> {
+        lock(&self.shader_source).clone()
     }
 
     /// What was queried of the device before it was opened.

@@ -23,7 +23,9 @@ pub use device::{Candidate, Device};
 pub use image::{Image, ImageDesc, Sampler};
 pub use instance::Instance;
 pub use memory::{Buffer, Location};
-pub use pipeline::{ComputePipeline, GraphicsDesc, GraphicsPipeline, RenderPass, Shader};
+pub use pipeline::{
+    ComputePipeline, GraphicsDesc, GraphicsPipeline, RenderPass, Shader, ShaderBuild, ShaderSource,
+};
 pub use query::{Statistics, Timestamps};
 pub use submit::Slot;
 pub use swapchain::{Handles, PresentMode, Semaphore, Surface, Swapchain, Turn};
@@ -47,6 +49,9 @@ pub enum Error {
     /// What was asked is beyond this device, or beyond the method; the message says which.
     #[error("{0}")]
     Unsupported(String),
+    /// A shader that is not the program's own is at fault; the message is the compiler's.
+    #[error("{0}")]
+    Shader(String),
     /// The driver lost the device.
     #[error("the driver lost the device during {0}; run again, or choose another with --device")]
     DeviceLost(&'static str),

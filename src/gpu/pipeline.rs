@@ -8,6 +8,21 @@ use ash::vk;
 
 use super::{DescriptorSets, Device, Image, check};
 
+/// Which build of a shader its SPIR-V is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ShaderBuild {
+    /// As it runs.
+    Plain,
+    /// It also counts what it reads of textures.
+    Counting,
+    /// Its reads of textures alone.
+    Floor,
+}
+
+/// Where pipelines take SPIR-V from in place of a shader's own, as words; none for its own, and the compiler's message
+/// where the code is at fault. What it gives must be valid and have the interface of the shader's own.
+pub type ShaderSource = dyn Fn(&Shader) -> Result<Option<Vec<u32>>, String> + Send + Sync;
+
 /// One entry of the table that `build.rs` writes.
 #[derive(Clone, Copy, Debug)]
 pub struct Shader {
@@ -15,6 +30,8 @@ pub struct Shader {
     pub name: &'static str,
     /// The pipeline stage.
     pub stage: vk::ShaderStageFlags,
+    /// Which build `spirv` is.
+    pub build: ShaderBuild,
     /// Optimised SPIR-V, with names and lines, in little-endian words.
     pub spirv: &'static [u8],
     /// The counting build of the same source: what it reads of textures it counts.
@@ -27,6 +44,7 @@ impl Shader {
     /// The counting build in place of the plain one.
     pub fn counted(self) -> Shader {
         Shader {
+            build: ShaderBuild::Counting,
             spirv: self.counting,
             ..self
         }
@@ -37,6 +55,7 @@ impl Shader {
         match self.floor {
             [] => self,
             floor => Shader {
+                build: ShaderBuild::Floor,
                 spirv: floor,
                 ..self
             },
@@ -58,8 +77,23 @@ struct Module<'a> {
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a Device, shader: &'a Shader) -> super::Result<Self> {
-        let words = shader.words();
+    fn new(device: &'a Device, shader: &'a Shader, sets: &DescriptorSets) -> super::Result<Self> {
+        let given = match device.shader_source() {
+            Some(source) => source(shader).map_err(super::Error::Shader)?,
+            None => None,
+        };
+        let own = shader.words();
+        if let Some(given) = &given {
+            // Drivers crash on these.
+            let known = |binding: &u32| sets.has(*binding) || bindings(&own).contains(binding);
+            if let Some(binding) = bindings(given).iter().find(|binding| !known(binding)) {
+                return Err(super::Error::Shader(format!(
+                    "{}: its pass has no binding {binding}; only a new build of the program can add one",
+                    shader.name
+                )));
+            }
+        }
+        let words = given.unwrap_or(own);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words come from shaderc, which emits valid SPIR-V.
         let raw = check("vkCreateShaderModule", unsafe {
@@ -86,6 +120,27 @@ impl Drop for Module<'_> {
         // SAFETY: pipelines do not need their modules once made.
         unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
     }
+}
+
+/// The numbers of the bindings that SPIR-V decorates.
+fn bindings(words: &[u32]) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const DECORATE: u32 = 71;
+    const BINDING: u32 = 33;
+    let mut found = Vec::new();
+    let mut rest = words.get(HEADER..).unwrap_or_default();
+    // An instruction's first word holds its length and what it is.
+    while let Some(instruction) =
+        rest.get(..rest.first().map_or(1, |word| (word >> 16).max(1)) as usize)
+    {
+        if let [first, _, BINDING, number] = *instruction
+            && first & 0xffff == DECORATE
+        {
+            found.push(number);
+        }
+        rest = &rest[instruction.len()..];
+    }
+    found
 }
 
 /// Values of specialisation constants; constant_id is the place in the list.
@@ -153,7 +208,7 @@ impl ComputePipeline {
             layout,
             device: Arc::clone(device),
         };
-        let module = Module::new(device, shader)?;
+        let module = Module::new(device, shader, sets)?;
         let (entries, data) = specialization(constants);
         let values = vk::SpecializationInfo::default()
             .map_entries(&entries)
@@ -419,8 +474,11 @@ impl GraphicsPipeline {
             device: Arc::clone(device),
         };
 
-        let vertex = Module::new(device, desc.vertex)?;
-        let fragment = desc.fragment.map(|f| Module::new(device, f)).transpose()?;
+        let vertex = Module::new(device, desc.vertex, sets)?;
+        let fragment = desc
+            .fragment
+            .map(|f| Module::new(device, f, sets))
+            .transpose()?;
         let (entries, data) = specialization(desc.constants);
         let values = vk::SpecializationInfo::default()
             .map_entries(&entries)
