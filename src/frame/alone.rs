@@ -1,15 +1,17 @@
-//! The reduce pass on its own, for tests and benchmarks.
+//! Passes on their own, for tests and benchmarks.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use ash::vk;
 
+use super::compose::ComposePass;
 use super::fetches::Build;
+use super::panel::{Panel, PanelPass};
 use super::record_reduce;
 use super::reduce::ReducePass;
-use super::targets::{LightMap, PyramidDesc};
-use crate::gpu::{self, Buffer, Device, Image, Location, Slot, Use, barrier, submit};
+use super::targets::{LightMap, PyramidDesc, overwriting_pass};
+use crate::gpu::{self, Buffer, Device, Image, ImageDesc, Location, Slot, Use, barrier, submit};
 use crate::scene::pyramid::Atlas;
 
 /// What [`reduce_alone`] has made: whole images, row-major; the fifth component is the fourth
@@ -129,4 +131,97 @@ pub fn reduce_alone(
         smoothed: joined(&pyramid.smoothed, fourth.map(|f| &f.smoothed))?,
         atlas: pyramid.atlas.clone(),
     })
+}
+
+/// A window that is drawn to an image, for [`compose_alone`].
+pub struct Window<'a> {
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Whether its format encodes sRGB as it stores.
+    pub encodes: bool,
+    /// The picture: columns and rows, and sRGB with straight alpha, row-major.
+    pub picture: ([u32; 2], &'a [[u8; 4]]),
+    /// Columns and rows of the window that it fills: x, y, width, height.
+    pub place: [i32; 4],
+    /// Linear RGB behind it.
+    pub backdrop: [f32; 3],
+    /// What is drawn over both.
+    pub panel: &'a Panel,
+}
+
+/// What the window shows: sRGB, row-major.
+///
+/// # Errors
+/// As [`reduce_alone`].
+pub fn compose_alone(device: &Arc<Device>, window: &Window<'_>) -> gpu::Result<Vec<[u8; 4]>> {
+    let format = match window.encodes {
+        true => vk::Format::B8G8R8A8_SRGB,
+        false => vk::Format::B8G8R8A8_UNORM,
+    };
+    use vk::ImageUsageFlags as U;
+    let image = |name, size, format, usage| {
+        Image::new(
+            device,
+            name,
+            ImageDesc {
+                size,
+                format,
+                usage,
+            },
+        )
+    };
+    let usage = U::COLOR_ATTACHMENT | U::TRANSFER_SRC;
+    let target = image("window", window.size, format, usage)?;
+    let (size, texels) = window.picture;
+    let bytes = vk::Format::R8G8B8A8_UNORM;
+    let picture = image("picture", size, bytes, U::SAMPLED | U::TRANSFER_DST)?;
+    let data = bytemuck::cast_slice(texels);
+    submit::upload_image(device, &picture, data, Use::FRAGMENT_SAMPLE)?;
+
+    let pass = overwriting_pass(device, "compose", &[&target])?;
+    let mut compose = ComposePass::new(device, &pass, &picture, 1, window.encodes)?;
+    let mut panel = PanelPass::new(device, &pass, 1, window.encodes)?;
+    let shown = compose.shown(&picture)?;
+    compose.write(0, window.place, window.backdrop)?;
+    panel.write(0, window.panel, window.size)?;
+    let [width, height] = window.size.map(u64::from);
+    let readback = Buffer::new(
+        device,
+        "window readback",
+        4 * width * height,
+        vk::BufferUsageFlags::TRANSFER_DST,
+        Location::Readback,
+    )?;
+    let mut slot = Slot::new(device, "window")?;
+    let commands = slot.begin()?;
+    panel.record_new(commands, 0, window.panel);
+    barrier::image(
+        device,
+        commands,
+        c"layout: a new image is drawn",
+        &target,
+        Use::DISCARD,
+        Use::COLOR_WRITE,
+    );
+    pass.begin(commands, &[]);
+    let place = [window.place[2], window.place[3]];
+    compose.record(commands, 0, &shown, place, window.size);
+    panel.record(commands, 0, window.panel);
+    pass.end(commands);
+    barrier::image(
+        device,
+        commands,
+        c"RAW: the copy reads what was drawn",
+        &target,
+        Use::COLOR_WRITE,
+        Use::COPY_SOURCE,
+    );
+    submit::record_readback(device, commands, &target, &readback);
+    slot.submit()?;
+    slot.wait()?;
+    let mut shown: Vec<[u8; 4]> = bytemuck::pod_collect_to_vec(readback.read()?);
+    for pixel in &mut shown {
+        pixel.swap(0, 2);
+    }
+    Ok(shown)
 }

@@ -25,8 +25,8 @@ pub struct ComposePass {
     pipeline: GraphicsPipeline,
     // Of each frame slot.
     places: Vec<Buffer>,
-    // A picture's sets are made as this one is.
-    _sets: DescriptorSets,
+    // Like those of every picture: pipelines are made for it.
+    sets: DescriptorSets,
     samplers: [Sampler; 2],
     device: Arc<Device>,
 }
@@ -60,25 +60,19 @@ impl ComposePass {
             sampler("picture, between pixels", vk::Filter::LINEAR)?,
         ];
         let sets = sets(device, &places, any, &samplers[0])?;
-        let desc = GraphicsDesc {
-            vertex: &shaders::SHADE_VERT,
-            fragment: Some(&shaders::COMPOSE_FRAG),
-            vertices: &[],
-            cull: vk::CullModeFlags::NONE,
-            front: vk::FrontFace::COUNTER_CLOCKWISE,
-            depth: (vk::CompareOp::ALWAYS, false),
-            colors: 1,
-            subpass: 0,
-            constants: &[u32::from(encodes)],
-            blends: false,
-        };
         Ok(ComposePass {
-            pipeline: GraphicsPipeline::new(device, &desc, pass, &sets)?,
+            pipeline: pipeline(device, pass, &sets, encodes)?,
             places,
-            _sets: sets,
+            sets,
             samplers,
             device: Arc::clone(device),
         })
+    }
+
+    /// Draws in passes such as `pass` from now on. The device must be done with all frames.
+    pub fn retarget(&mut self, pass: &RenderPass, encodes: bool) -> gpu::Result<()> {
+        self.pipeline = pipeline(&self.device, pass, &self.sets, encodes)?;
+        Ok(())
     }
 
     /// Makes `picture` one that can be shown. It must outlive what is made, and be sampled whenever it is.
@@ -119,6 +113,27 @@ impl ComposePass {
         self.pipeline
             .draw_full_screen(commands, [0, size[0]], size[1]);
     }
+}
+
+fn pipeline(
+    device: &Arc<Device>,
+    pass: &RenderPass,
+    sets: &DescriptorSets,
+    encodes: bool,
+) -> gpu::Result<GraphicsPipeline> {
+    let desc = GraphicsDesc {
+        vertex: &shaders::SHADE_VERT,
+        fragment: Some(&shaders::COMPOSE_FRAG),
+        vertices: &[],
+        cull: vk::CullModeFlags::NONE,
+        front: vk::FrontFace::COUNTER_CLOCKWISE,
+        depth: (vk::CompareOp::ALWAYS, false),
+        colors: 1,
+        subpass: 0,
+        constants: &[u32::from(encodes)],
+        blends: false,
+    };
+    GraphicsPipeline::new(device, &desc, pass, sets)
 }
 
 fn sets(

@@ -48,7 +48,7 @@ use std::time::{Duration, Instant};
 use ash::vk;
 use glam::DVec3;
 
-pub use alone::{Reduced, reduce_alone};
+pub use alone::{Reduced, Window, compose_alone, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use fetches::{Shaders, live_stages, stages};

@@ -69,6 +69,9 @@ pub struct Panel {
 /// The pass that draws panels.
 pub struct PanelPass {
     pipeline: GraphicsPipeline,
+    // Like those of every texture: pipelines are made for it.
+    sets: DescriptorSets,
+    _any: Image,
     // Of each frame slot.
     buffers: Vec<Buffers>,
     textures: HashMap<u64, Texture>,
@@ -121,29 +124,24 @@ impl PanelPass {
         let buffers = (0..slots)
             .map(|slot| Buffers::new(device, slot, [FIRST_VERTICES, 2 * FIRST_VERTICES]))
             .collect::<gpu::Result<Vec<_>>>()?;
-        // Pipelines are made for sets that are like the later ones.
         let any = texture(device, "panel, none", [1, 1])?;
         let sets = sets(device, &buffers, &any, &samplers[0])?;
-        let desc = GraphicsDesc {
-            vertex: &shaders::PANEL_VERT,
-            fragment: Some(&shaders::PANEL_FRAG),
-            vertices: &[],
-            cull: vk::CullModeFlags::NONE,
-            front: vk::FrontFace::COUNTER_CLOCKWISE,
-            depth: (vk::CompareOp::ALWAYS, false),
-            colors: 1,
-            subpass: 0,
-            constants: &[u32::from(encodes)],
-            blends: true,
-        };
         Ok(PanelPass {
-            pipeline: GraphicsPipeline::new(device, &desc, pass, &sets)?,
+            pipeline: pipeline(device, pass, &sets, encodes)?,
+            sets,
+            _any: any,
             buffers,
             textures: HashMap::new(),
             leaving: Vec::new(),
             samplers,
             device: Arc::clone(device),
         })
+    }
+
+    /// Draws in passes such as `pass` from now on. The device must be done with all frames.
+    pub fn retarget(&mut self, pass: &RenderPass, encodes: bool) -> gpu::Result<()> {
+        self.pipeline = pipeline(&self.device, pass, &self.sets, encodes)?;
+        Ok(())
     }
 
     /// Takes over what the frame of `slot`, with which the device is done, draws in a window of `size` pixels.
@@ -308,6 +306,27 @@ impl Buffers {
         4 * (HEADER + 5 * vertices) as u64 <= self.vertices.size()
             && 4 * indices as u64 <= self.indices.size()
     }
+}
+
+fn pipeline(
+    device: &Arc<Device>,
+    pass: &RenderPass,
+    sets: &DescriptorSets,
+    encodes: bool,
+) -> gpu::Result<GraphicsPipeline> {
+    let desc = GraphicsDesc {
+        vertex: &shaders::PANEL_VERT,
+        fragment: Some(&shaders::PANEL_FRAG),
+        vertices: &[],
+        cull: vk::CullModeFlags::NONE,
+        front: vk::FrontFace::COUNTER_CLOCKWISE,
+        depth: (vk::CompareOp::ALWAYS, false),
+        colors: 1,
+        subpass: 0,
+        constants: &[u32::from(encodes)],
+        blends: true,
+    };
+    GraphicsPipeline::new(device, &desc, pass, sets)
 }
 
 fn texture(device: &Arc<Device>, name: &str, size: [u32; 2]) -> gpu::Result<Image> {

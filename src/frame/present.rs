@@ -234,12 +234,19 @@ impl Presenter {
         let targets = targets.map(|image| overwriting_pass(&self.device, "compose", &[image]));
         let targets = targets.collect::<gpu::Result<Vec<_>>>()?;
         let format = swapchain.images()[0].format();
+        let encodes = encodes(format);
         match &mut self.drawing {
-            Some(drawing) if drawing.format == format => drawing.targets = targets,
-            drawing => {
-                let (display, encodes) = (&any.canvas.display, encodes(format));
-                let (device, pass) = (&self.device, &targets[0]);
-                *drawing = Some(Drawing {
+            Some(drawing) => {
+                if drawing.format != format {
+                    drawing.compose.retarget(&targets[0], encodes)?;
+                    drawing.panel.retarget(&targets[0], encodes)?;
+                    drawing.format = format;
+                }
+                drawing.targets = targets;
+            }
+            None => {
+                let (device, display, pass) = (&self.device, &any.canvas.display, &targets[0]);
+                self.drawing = Some(Drawing {
                     format,
                     compose: ComposePass::new(device, pass, display, FRAMES_IN_FLIGHT, encodes)?,
                     panel: PanelPass::new(device, pass, FRAMES_IN_FLIGHT, encodes)?,

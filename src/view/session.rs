@@ -650,7 +650,9 @@ impl From<gpu::Error> for Error {
 impl From<frame::Error> for Error {
     fn from(error: frame::Error) -> Self {
         match error {
-            frame::Error::TooLarge(message) => Error::Input(message),
+            frame::Error::TooLarge(message) | frame::Error::Shader(message) => {
+                Error::Input(message)
+            }
             error => Error::Start(error.to_string()),
         }
     }

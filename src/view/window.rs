@@ -5,6 +5,7 @@ use super::session::{Phase, Session};
 use super::timing::{Frame, Timing};
 use super::{Error, Settings, Summary, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
+use crate::frame::watch::Watcher;
 use crate::frame::{self, Options, panel as drawn};
 use crate::scene::Request;
 use std::path::PathBuf;
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::window::{Window, WindowId};
 
@@ -45,6 +46,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
     let mut app = App {
         options,
         settings,
+        proxy: event_loop.create_proxy(),
         request: Some(request),
         running: None,
         result: Ok(Summary::default()),
@@ -58,6 +60,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
 struct App<'a> {
     options: &'a Options,
     settings: &'a Settings,
+    proxy: EventLoopProxy<Wake>,
     request: Option<Request>,
     running: Option<Running>,
     result: Result<Summary, Error>,
@@ -81,7 +84,8 @@ impl ApplicationHandler<Wake> for App<'_> {
         let Some(request) = self.request.take() else {
             return;
         };
-        match Running::open(event_loop, self.options, self.settings, request) {
+        let proxy = self.proxy.clone();
+        match Running::open(event_loop, proxy, self.options, self.settings, request) {
             Ok(running) => self.running = Some(running),
             Err(fault) => self.end(event_loop, Some(fault)),
         }
@@ -145,16 +149,29 @@ struct Running {
     saves: PathBuf,
     // Whether the picture is to be saved once it is whole.
     saving: bool,
+    // Sees the shaders change, where they are watched.
+    watcher: Option<Watcher>,
     window: Arc<Window>,
 }
 
 impl Running {
     fn open(
         event_loop: &ActiveEventLoop,
+        proxy: EventLoopProxy<Wake>,
         options: &Options,
         settings: &Settings,
         request: Request,
     ) -> Result<Running, Error> {
+        // First: a folder that is none is told before a window flashes up.
+        let wake = move || {
+            // A loop that has ended wants no waking.
+            let _ = proxy.send_event(Wake::Redraw);
+        };
+        let watcher = settings
+            .watch
+            .as_deref()
+            .map(|folder| Watcher::new(folder, wake))
+            .transpose()?;
         let [width, height] = settings.size;
         let attributes = Window::default_attributes()
             .with_title("marmor")
@@ -170,6 +187,9 @@ impl Running {
             .map_err(|error| Error::Start(format!("the window cannot be drawn on ({error})")))?;
         let (device, surface) = frame::open_window(options, handles)?;
         let session = Session::new(options, &device, request)?;
+        if let Some(watcher) = &watcher {
+            device.set_shader_source(Some(watcher.source()));
+        }
         let size = window.inner_size().into();
         let presenter = Presenter::new(&device, &surface, size, settings.present)?;
         let context = egui::Context::default();
@@ -198,6 +218,7 @@ impl Running {
             messages: Vec::new(),
             saves: settings.saves.clone(),
             saving: false,
+            watcher,
             window,
         })
     }
@@ -256,6 +277,11 @@ impl Running {
         for message in instance.take_messages() {
             tracing::warn!("validation: {message}");
             self.messages.push(message);
+        }
+
+        if self.watcher.as_ref().is_some_and(Watcher::changed) {
+            tracing::info!("the shaders have changed");
+            self.session.reload();
         }
 
         // The panel first: it says what is wanted, and where the picture has its place.
