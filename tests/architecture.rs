@@ -124,6 +124,7 @@ fn layers_import_downwards_only() {
 fn passes_do_not_import_each_other() {
     let passes = [
         "deform", "light", "reduce", "boxes", "view", "shade", "exact", "resolve", "history",
+        "compose", "panel",
     ];
     for pass in passes {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/frame/{pass}.rs"));

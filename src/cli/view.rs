@@ -6,7 +6,7 @@ use super::picture::PictureArguments;
 use super::values;
 use crate::frame;
 use crate::gpu::PresentMode;
-use crate::scene::names;
+use crate::scene::{defaults, names};
 use crate::view::{self, Settings};
 use clap::Args;
 use std::path::PathBuf;
@@ -30,9 +30,9 @@ pub(super) struct Arguments {
     #[command(flatten)]
     picture: PictureArguments,
 
-    /// Width and height of the window at first, pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x800", value_parser = values::size, allow_hyphen_values = true, help_heading = "Window")]
-    window: [u32; 2],
+    /// Width and height of the window at first, pixels [default: 1280x800, or what holds a picture of the --size asked for]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, help_heading = "Window")]
+    window: Option<[u32; 2]>,
 
     /// When a frame may be shown: with the display's refresh in turn, with it the newest first, or at once
     #[arg(long, value_name = "fifo|mailbox|immediate", default_value = "fifo", value_parser = present, help_heading = "Window")]
@@ -68,7 +68,10 @@ fn present(name: &str) -> Result<PresentMode, String> {
 pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.picture.request()?;
     let settings = Settings {
-        size: arguments.window,
+        size: arguments.window.unwrap_or(match request.size {
+            defaults::SIZE => Settings::WINDOW,
+            size => Settings::window_of(size),
+        }),
         present: arguments.present,
         watch: arguments.watch.clone(),
         saves: arguments.saves.clone(),

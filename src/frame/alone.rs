@@ -205,7 +205,8 @@ pub fn compose_alone(device: &Arc<Device>, window: &Window<'_>) -> gpu::Result<V
     );
     pass.begin(commands, &[]);
     let place = [window.place[2], window.place[3]];
-    compose.record(commands, 0, &shown, place, window.size);
+    let [columns, rows] = window.size;
+    compose.record(commands, 0, &shown, place, [0, 0, columns, rows]);
     panel.record(commands, 0, window.panel);
     pass.end(commands);
     barrier::image(

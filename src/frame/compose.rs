@@ -98,20 +98,19 @@ impl ComposePass {
         self.places[slot].write(bytemuck::bytes_of(&block))
     }
 
-    /// Draws all of a window of `size` pixels; the picture fills a place of `place` pixels.
+    /// Draws columns and rows `clip` (x, y, width, height) of the window, of which the picture fills `place` pixels.
     pub fn record(
         &self,
         commands: vk::CommandBuffer,
         slot: usize,
         shown: &Shown,
         place: [i32; 2],
-        size: [u32; 2],
+        clip: [u32; 4],
     ) {
         let between = shown.size.map(i64::from) != place.map(i64::from);
         let sets = &shown.sets[usize::from(between)];
         self.pipeline.bind(commands, sets, slot);
-        self.pipeline
-            .draw_full_screen(commands, [0, size[0]], size[1]);
+        self.pipeline.draw_clipped(commands, 0..3, clip);
     }
 }
 

@@ -170,7 +170,7 @@ impl Presenter {
         drawing.panel.record_new(commands, slot, panel);
         device.end_label(commands);
 
-        // compose: one render pass, of which picture and panel draw all.
+        // compose: one render pass, of which picture and panel draw all: what the picture leaves, the panel covers.
         if let Some(left) = renderer.take_display() {
             barrier::image(
                 device, commands, c"RAW: the window samples the display image",
@@ -184,7 +184,7 @@ impl Presenter {
         device.begin_label(commands, c"compose");
         self.stamps[slot].start(commands, 0);
         drawing.targets[image].begin(commands, &[]);
-        drawing.compose.record(commands, slot, shown, [place[2], place[3]], size);
+        drawing.compose.record(commands, slot, shown, [place[2], place[3]], beside(place, size));
         device.begin_label(commands, c"panel");
         drawing.panel.record(commands, slot, panel);
         device.end_label(commands);
@@ -255,5 +255,32 @@ impl Presenter {
             }
         }
         Ok(true)
+    }
+}
+
+/// How far beyond its place is the picture's backdrop drawn, pixels? The panel ends somewhere within a pixel.
+const SEAM: i64 = 2;
+
+/// Columns and rows of a window of `size` pixels that the picture at `place` and its seam fill.
+fn beside([x, y, width, height]: [i32; 4], size: [u32; 2]) -> [u32; 4] {
+    let span = |first: i32, length: i32, side: u32| {
+        let within = |at: i64| at.clamp(0, i64::from(side)) as u32;
+        let from = within(i64::from(first) - SEAM);
+        let to = within(i64::from(first) + i64::from(length) + SEAM);
+        (from, to - from)
+    };
+    let ((left, columns), (top, rows)) = (span(x, width, size[0]), span(y, height, size[1]));
+    [left, top, columns, rows]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_drawn_lies_in_the_window() {
+        assert_eq!(beside([0, 0, 10, 8], [10, 8]), [0, 0, 10, 8]);
+        assert_eq!(beside([5, 6, 10, 8], [100, 80]), [3, 4, 14, 12]);
+        assert_eq!(beside([-50, 70, 10, 80], [100, 80]), [0, 68, 0, 12]);
     }
 }

@@ -33,6 +33,19 @@ pub struct Settings {
     pub saves: PathBuf,
 }
 
+impl Settings {
+    /// Width and height of a window where nobody says, pixels.
+    pub const WINDOW: [u32; 2] = [1280, 800];
+
+    /// Width and height of the window in which a picture has `size` pixels, on a display with one pixel a point.
+    pub fn window_of(size: [u32; 2]) -> [u32; 2] {
+        [
+            size[0].saturating_add(style::WIDTH as u32),
+            size[1].saturating_add(style::STRIP as u32),
+        ]
+    }
+}
+
 /// Why the window closed, or never opened.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {

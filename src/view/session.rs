@@ -13,14 +13,16 @@ use crate::ledger::budget::{self, Chosen};
 use crate::ledger::{self, Filter};
 use crate::scene::{Camera, MeshSource, Method, Model, Motion, Plan, Request, Single};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 /// Behind the picture, where the scene puts nothing there: linear RGB of a neutral dark grey, against which both milk and
 /// ketchup can be judged.
 pub const BACKDROP: [f32; 3] = [0.0137, 0.0144, 0.0152];
 
-/// How long may a frame take while something moves? At 25 a second a drag feels attached to the pointer.
-const FLUID: Duration = Duration::from_millis(40);
+/// How long may the device take for a frame while something moves, ms? At 25 a second a drag feels attached to the pointer.
+const FLUID: f64 = 40.0;
+
+/// How many slow frames in a row make it smaller?
+const SLOW: u32 = 12;
 
 /// Shares of the picture's width and height that are drawn while something moves.
 pub const SCALES: [f64; 4] = [1.0, 0.5, 1.0 / 3.0, 0.25];
@@ -97,7 +99,8 @@ pub struct Session {
     covered: f64,
     phase: Phase,
     auto_scale: usize,
-    still_time: Option<Duration>,
+    // Drafts in a row that were not fluid.
+    slow: u32,
     prices: Vec<frame::probe::FetchCost>,
     filter: Filter,
     options: Options,
@@ -133,7 +136,7 @@ impl Session {
             covered: 0.5,
             phase: Phase::Still(0, FRAMES),
             auto_scale: 1,
-            still_time: None,
+            slow: 0,
             prices: Vec::new(),
             device: Arc::clone(device),
             options: options.clone(),
@@ -206,8 +209,19 @@ impl Session {
     /// As [`Session::new`].
     pub fn open(&mut self, source: &std::path::Path) -> Result<(), Error> {
         let mut wanted = Request::open(source)?;
-        let size = self.wanted.size;
-        wanted.size = size;
+        if MeshSource::is_mesh(source) {
+            // A mesh alone says nothing of light and method: these stay as they are.
+            wanted = Request {
+                name: wanted.name,
+                mesh: wanted.mesh,
+                unit: wanted.unit,
+                animation: wanted.animation,
+                time: None,
+                viewpoint: wanted.viewpoint,
+                ..self.wanted.clone()
+            };
+        }
+        wanted.size = self.wanted.size;
         let session = Session::new(&self.options, &self.device, wanted)?;
         let old = std::mem::replace(self, session);
         self.draft_size = old.draft_size;
@@ -265,8 +279,12 @@ impl Session {
         } else {
             self.draw_still(presenter)
         };
+        self.settle(drawn)
+    }
+
+    /// Turns what only this picture suffers from into a [`Session::fault`].
+    fn settle(&mut self, drawn: Result<(), Error>) -> Result<(), Error> {
         match drawn {
-            // The device is there, only this picture is not.
             Err(Error::Device(error)) if !error.is_fatal() => {
                 self.fault = Some(frame::Error::from(error).to_string());
                 Ok(())
@@ -340,11 +358,38 @@ impl Session {
         plan
     }
 
-    fn draw_draft(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
-        let scale = match self.draft_size {
+    /// The place in [`SCALES`] at which the next draft is drawn.
+    fn scale(&self) -> usize {
+        match self.draft_size {
             Draft::Fixed(scale) => scale.min(SCALES.len() - 1),
             Draft::Auto => self.auto_scale,
-        };
+        }
+    }
+
+    /// While nothing happens: makes what the next drag will draw with, and has the driver compile it, so that it begins
+    /// at once.
+    ///
+    /// # Errors
+    /// As [`Session::draw`].
+    pub fn warm(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        let plan = self.draft_plan(self.scale());
+        let fits = self
+            .draft
+            .as_ref()
+            .is_some_and(|stage| stage.plan.size == plan.size);
+        if fits || !self.converged() || self.fault.is_some() {
+            return Ok(());
+        }
+        if let Some(Staged { stage, .. }) = self.stage(presenter, plan, true)? {
+            stage.renderer.draw_live(stage.frames, false)?;
+            stage.renderer.forget_history();
+            stage.frames += 1;
+        }
+        Ok(())
+    }
+
+    fn draw_draft(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        let scale = self.scale();
         let plan = self.draft_plan(scale);
         let Some(stage) = self.stage(presenter, plan, true)? else {
             return Ok(());
@@ -356,7 +401,14 @@ impl Session {
         let stage = stage.stage;
         stage.renderer.draw_live(stage.frames, false)?;
         stage.frames = stage.frames.wrapping_add(1);
+        let time = stage.time();
         self.phase = Phase::Draft(scale);
+        // What plays may never stand still long enough to be measured so.
+        let slow = self.draft_size == Draft::Auto && time > FLUID;
+        self.slow = if slow { self.slow + 1 } else { 0 };
+        if self.slow > SLOW && scale + 1 < SCALES.len() {
+            (self.auto_scale, self.slow) = (scale + 1, 0);
+        }
         Ok(())
     }
 
@@ -370,18 +422,15 @@ impl Session {
         let Some(Staged { stage, .. }) = self.stage(presenter, plan, false)? else {
             return Ok(());
         };
-        let start = Instant::now();
         if stage.frames < frames {
             stage.renderer.accumulate(stage.frames)?;
             stage.frames += 1;
         }
         let done = stage.frames;
-        // The first frames compile, and the one after waits for them.
+        // The first frames compile.
         if done > 2 {
-            let time = start.elapsed();
-            self.still_time = Some(time);
             // All but what the light alone costs falls with the area; a draft's light map costs a quarter.
-            let fluid = FLUID.as_secs_f64() / time.as_secs_f64().max(1e-6);
+            let fluid = FLUID / stage.time().max(1e-3);
             let fits = SCALES.iter().position(|scale| scale * scale <= fluid);
             self.auto_scale = fits.unwrap_or(SCALES.len() - 1);
         }
@@ -583,6 +632,12 @@ pub struct Intermediate {
 }
 
 impl Stage {
+    /// Device time of the last frame that is known to be done, ms.
+    fn time(&self) -> f64 {
+        let passes = self.renderer.last_passes();
+        passes.iter().map(|(_, milliseconds, _)| milliseconds).sum()
+    }
+
     fn new(
         options: &Options,
         device: &Arc<Device>,

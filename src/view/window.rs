@@ -316,6 +316,7 @@ impl Running {
         let moving = self.panel.moving();
         let quiet = moving || self.touched.elapsed() > QUIET || self.timing.count < 2;
         let draws = visible && quiet && (moving || !self.session.converged());
+        let told = (self.session.phase(), self.session.fault.clone());
         if draws {
             self.session
                 .draw(&mut self.presenter, [width, height], moving)?;
@@ -329,6 +330,9 @@ impl Running {
             self.carried.gone = triangles.gone;
         }
         self.save_if_whole()?;
+        if visible && quiet && !moving {
+            self.session.warm(&mut self.presenter)?;
+        }
 
         let repaint = output
             .viewport_output
@@ -338,7 +342,11 @@ impl Running {
         let settled = self.session.converged() || self.session.fault.is_some();
         self.next = if drawn == Drawn::Skipped {
             Next::At(now + HIDDEN)
-        } else if moving || repaint.is_zero() {
+        } else if moving
+            || repaint.is_zero()
+            || told != (self.session.phase(), self.session.fault.clone())
+        {
+            // What has changed since the panel was laid out, it has yet to tell.
             Next::Now
         } else if !settled {
             if quiet {
