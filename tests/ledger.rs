@@ -4,7 +4,7 @@
 mod common;
 
 use common::device::{TestDevice, device};
-use marmor::frame::{Renderer, Setup, Shaders, shaders, stages};
+use marmor::frame::{Renderer, Setup, Shaders, shaders, stages, window_stages};
 use marmor::gpu::Shader;
 use marmor::ledger::spirv::{Kind, sites};
 use marmor::ledger::{self, Counts, Filter, Ledger, budget, declared};
@@ -139,6 +139,14 @@ fn what_is_declared_stands_in_the_spirv() {
         totals.len() > 40,
         "plans must differ in what they read: {totals:?}"
     );
+}
+
+#[test]
+fn a_window_reads_what_it_declares() {
+    let (declared, stages) = (ledger::declared_window(), window_stages());
+    let found = Ledger::new(&declared, &stages, &[]).expect("sites");
+    assert_eq!(found.disagreements(), Vec::<String>::new());
+    assert_eq!(found.subtotals.len(), 2);
 }
 
 #[test]

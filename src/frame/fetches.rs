@@ -175,6 +175,13 @@ pub fn live_stages(plan: &Plan, filter: Filter, shaders: Shaders) -> Vec<Stage> 
     stages
 }
 
+/// What a frame of a window runs besides.
+pub fn window_stages() -> [Stage; 2] {
+    // Either way of encoding reads as often.
+    [&shaders::COMPOSE_FRAG, &shaders::PANEL_FRAG]
+        .map(|shader| stage("compose", shader, &[1], &[], None))
+}
+
 fn stage(
     pass: &'static str,
     shader: &Shader,

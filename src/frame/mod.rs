@@ -51,7 +51,7 @@ use glam::DVec3;
 pub use alone::{Reduced, Window, compose_alone, reduce_alone};
 pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
-pub use fetches::{Shaders, live_stages, stages};
+pub use fetches::{Shaders, live_stages, stages, window_stages};
 pub use run::{
     Animator, Counted, DeviceInfo, Error, Options, Picture, check_fit, count, devices, filter,
     open_device, open_window, render,

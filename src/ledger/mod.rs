@@ -131,6 +131,27 @@ pub fn declared_live(plan: &Plan, filter: Filter) -> Vec<Declared> {
     lines
 }
 
+/// What a frame of a window declares besides: of the picture for each pixel of its place, and of the panel for each pixel of
+/// each triangle.
+pub fn declared_window() -> [Declared; 2] {
+    [
+        ("compose.frag", "picture", "the display image, bilinear"),
+        (
+            "panel.frag",
+            "image",
+            "letters and other images of the panel, bilinear",
+        ),
+    ]
+    .map(|(shader, texture, what)| Declared {
+        pass: "compose",
+        shader,
+        term: "other",
+        texture,
+        what,
+        per_pixel: 1,
+    })
+}
+
 /// Fetches per pixel of the picture over all passes, inputs and reductions left out.
 pub fn total(lines: &[Declared]) -> u32 {
     let sum = |half| -> u32 {

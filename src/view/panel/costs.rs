@@ -1,6 +1,7 @@
 //! What the picture costs: a bar for each pass, and the last frames of the window.
 
 use super::Facts;
+use crate::ledger;
 use crate::view::session::Session;
 use crate::view::style;
 use crate::view::timing::KEPT;
@@ -61,9 +62,10 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
             style::DIM,
         );
     }
+    let [picture, _] = ledger::declared_window();
     let compose = facts
         .compose
-        .map(|milliseconds| ("compose", milliseconds, 1, None));
+        .map(|milliseconds| ("compose", milliseconds, picture.per_pixel, None));
     let passes = facts
         .costs
         .iter()
