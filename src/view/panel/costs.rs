@@ -14,6 +14,9 @@ const NAME: f32 = 0.0;
 const BAR: f32 = 74.0;
 const NUMBERS: f32 = 186.0;
 
+/// Width from which the strip has room for bars and plot, points.
+const BOTH: f32 = 640.0;
+
 /// Draws the strip.
 pub fn show(ui: &mut Ui, session: &Session, facts: &Facts<'_>) {
     let rect = ui.available_rect_before_wrap();
@@ -24,15 +27,19 @@ pub fn show(ui: &mut Ui, session: &Session, facts: &Facts<'_>) {
         top,
         egui::Stroke::new(1.0, style::LINE),
     );
-    let bars = (rect.width() * 0.56).min(430.0);
+    // A narrow window has room for one of the two.
+    let both = rect.width() > BOTH;
+    let bars = if both { 430.0 } else { rect.width() };
     show_bars(
         ui,
         Rect::from_min_size(rect.min, vec2(bars, rect.height())),
         session,
         facts,
     );
-    let plot = Rect::from_min_max(pos2(rect.left() + bars + 24.0, rect.top()), rect.max);
-    show_plot(ui, plot, facts);
+    if both {
+        let plot = Rect::from_min_max(pos2(rect.left() + bars + 24.0, rect.top()), rect.max);
+        show_plot(ui, plot, facts);
+    }
 }
 
 fn text(ui: &Ui, at: egui::Pos2, align: Align2, words: &str, font: FontId, color: Color32) {
