@@ -19,6 +19,10 @@ present() {
         vulkan-driver) have_vulkan_file icd.d '*.json' "${VK_DRIVER_FILES:-}${VK_ADD_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ;;
         validation-layer) have_vulkan_file explicit_layer.d 'VkLayer_khronos_validation.json' "${VK_LAYER_PATH:-}${VK_ADD_LAYER_PATH:-}" ;;
         spirv-tools) have spirv-val ;;
+        xvfb) have Xvfb ;;
+        xdotool) have xdotool ;;
+        imagemagick) have import ;;
+        window-libraries) have_window_libraries ;;
     esac
 }
 
@@ -32,6 +36,15 @@ have_vulkan_loader() {
         if [ -e "$dir/libvulkan.so.1" ] || [ -e "$dir/libvulkan.1.dylib" ]; then return 0; fi
     done
     return 1
+}
+
+# What a window on X11 is opened with, and asked for only then.
+have_window_libraries() {
+    local cache library
+    cache=$(PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null || true)
+    for library in libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
+        case $cache in *"$library "*) ;; *) return 1 ;; esac
+    done
 }
 
 # have_vulkan_file FOLDER PATTERN OVERRIDE: is there such a manifest where the
@@ -80,26 +93,37 @@ package_for() {
         debian:vulkan-loader) echo libvulkan1 ;;
         debian:vulkan-driver) echo mesa-vulkan-drivers ;;
         debian:validation-layer) echo vulkan-validationlayers ;;
+        debian:window-libraries) echo libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
 
         fedora:compiler) echo gcc-c++ ;;
         fedora:ninja) echo ninja-build ;;
         fedora:vulkan-driver) echo mesa-vulkan-drivers ;;
         fedora:validation-layer) echo vulkan-validation-layers ;;
+        fedora:xvfb) echo xorg-x11-server-Xvfb ;;
+        fedora:imagemagick) echo ImageMagick ;;
+        fedora:window-libraries) echo libX11 libX11-xcb libXcursor libXi libxkbcommon-x11 ;;
 
         arch:compiler) echo gcc ;;
         arch:python3) echo python ;;
         arch:vulkan-loader) echo vulkan-icd-loader ;;
         arch:vulkan-driver) echo vulkan-swrast ;;
         arch:validation-layer) echo vulkan-validation-layers ;;
+        arch:xvfb) echo xorg-server-xvfb ;;
+        arch:window-libraries) echo libx11 libxcursor libxi libxkbcommon-x11 ;;
 
         suse:compiler) echo gcc-c++ ;;
         suse:vulkan-loader) echo libvulkan1 ;;
         suse:vulkan-driver) echo libvulkan_lvp ;;
         suse:validation-layer) echo vulkan-validationlayers ;;
+        suse:xvfb) echo xorg-x11-server-Xvfb ;;
+        suse:imagemagick) echo ImageMagick ;;
+        suse:window-libraries) echo libX11-6 libX11-xcb1 libXcursor1 libXi6 libxkbcommon-x11-0 ;;
 
         nixos:compiler) echo gcc ;;
         nixos:vulkan-driver) echo mesa ;;
         nixos:validation-layer) echo vulkan-validation-layers ;;
+        nixos:xvfb) echo xorg.xorgserver ;;
+        nixos:window-libraries) echo xorg.libX11 xorg.libXcursor xorg.libXi libxkbcommon ;;
 
         macos:vulkan-driver) echo molten-vk ;;
         macos:validation-layer) echo vulkan-validationlayers ;;
@@ -288,7 +312,11 @@ marmor_setup() {
     local tests='' wanted missing='' thing
     case ${1:-} in
         '') ;;
-        --test) tests='validation-layer spirv-tools' ;;
+        --test)
+            tests='validation-layer spirv-tools'
+            # Windows are tested on X11 alone.
+            [ "$(uname -s)" != Linux ] || tests="$tests xvfb xdotool imagemagick window-libraries"
+            ;;
         *)
             complain "unknown argument '$1' (known: --test)"
             return 2

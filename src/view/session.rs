@@ -252,18 +252,17 @@ impl Session {
         !same || self.reload || (self.steered && !moving)
     }
 
-    /// Draws the next frame of what is wanted, at `size` pixels: one of what moves if it is `moving`, else one more of the
-    /// still, unless that is whole.
+    /// Has the picture drawn at `size` pixels.
+    pub fn fit(&mut self, size: [u32; 2]) {
+        self.wanted.size = size;
+    }
+
+    /// Draws the next frame of what is wanted: one of what moves if it is `moving`, else one more of the still, unless that
+    /// is whole.
     ///
     /// # Errors
     /// What the device cannot recover from; all else is [`Session::fault`].
-    pub fn draw(
-        &mut self,
-        presenter: &mut Presenter,
-        size: [u32; 2],
-        moving: bool,
-    ) -> Result<(), Error> {
-        self.wanted.size = size;
+    pub fn draw(&mut self, presenter: &mut Presenter, moving: bool) -> Result<(), Error> {
         if self.behind(moving) {
             match self.replan(moving) {
                 Ok(()) => self.fault = None,
@@ -436,7 +435,8 @@ impl Session {
         }
         self.phase = Phase::Still(done, frames);
         if done == frames {
-            tracing::info!("still: {frames} frames");
+            let [width, height] = self.plan.size;
+            tracing::info!("still: {frames} frames, {width}x{height} pixels");
             if let Some(read) = self.read()? {
                 let covered = read.radiance.iter().filter(|pixel| pixel[3] > 0.0);
                 self.covered = covered.count() as f64 / read.radiance.len().max(1) as f64;

@@ -313,13 +313,16 @@ impl Running {
 
         let [x, y, width, height] = paint::pixels(self.panel.viewport(), scale, size);
         let visible = width > 0 && height > 0;
+        if visible {
+            // A window of another size wants another picture.
+            self.session.fit([width, height]);
+        }
         let moving = self.panel.moving();
         let quiet = moving || self.touched.elapsed() > QUIET || self.timing.count < 2;
         let draws = visible && quiet && (moving || !self.session.converged());
         let told = (self.session.phase(), self.session.fault.clone());
         if draws {
-            self.session
-                .draw(&mut self.presenter, [width, height], moving)?;
+            self.session.draw(&mut self.presenter, moving)?;
         }
         let place = [x, y, width, height].map(|side| side as i32);
         let drawn = self

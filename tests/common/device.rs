@@ -67,7 +67,8 @@ fn options(validation: bool) -> Options {
     }
 }
 
-fn set(name: &str) -> bool {
+/// Whether the variable `name` of the environment is set, and not to 0.
+pub fn set(name: &str) -> bool {
     std::env::var_os(name).is_some_and(|value| !value.is_empty() && value != "0")
 }
 
