@@ -39,6 +39,42 @@ const CASES: &[Case] = &[
         &["gone.toml", "no such file", "check the path"],
     ),
     case(
+        "a window on a missing scene file, display or not",
+        &[],
+        "view gone.toml",
+        &["gone.toml", "no such file", "check the path"],
+    ),
+    case(
+        "a window for minutes",
+        &[],
+        "view --multiple exact",
+        &["exact takes minutes", "marmor render --multiple exact"],
+    ),
+    case(
+        "a window for rays",
+        &[],
+        "view --single traced",
+        &["traced", "marmor render", "--single 8"],
+    ),
+    case(
+        "a window without an area",
+        &[],
+        "view --window 0x600",
+        &["--window", "from 1 to 16384"],
+    ),
+    case(
+        "an unknown way to present",
+        &[],
+        "view --present mailbocks",
+        &["mailbocks", "did you mean \"mailbox\"?"],
+    ),
+    case(
+        "a watched folder without shaders",
+        &[],
+        "view --watch .",
+        &["no folder of shaders", "name the folder shaders"],
+    ),
+    case(
         "missing mesh",
         &[],
         "render gone.obj -o out.png",

@@ -8,6 +8,7 @@ use ash::vk;
 use super::compose::ComposePass;
 use super::fetches::Build;
 use super::panel::{Panel, PanelPass};
+use super::present::record_textures;
 use super::record_reduce;
 use super::reduce::ReducePass;
 use super::targets::{LightMap, PyramidDesc, overwriting_pass};
@@ -194,7 +195,7 @@ pub fn compose_alone(device: &Arc<Device>, window: &Window<'_>) -> gpu::Result<V
     )?;
     let mut slot = Slot::new(device, "window")?;
     let commands = slot.begin()?;
-    panel.record_new(commands, 0, window.panel);
+    record_textures(device, commands, &panel, 0, window.panel);
     barrier::image(
         device,
         commands,

@@ -10,7 +10,7 @@ use ash::vk;
 use super::shaders;
 use crate::gpu::{
     self, Binding, Buffer, DescriptorSets, Device, GraphicsDesc, GraphicsPipeline, Image,
-    ImageDesc, Location, RenderPass, Sampler, Use, barrier, submit,
+    ImageDesc, Location, RenderPass, Sampler,
 };
 
 /// A corner of a triangle.
@@ -93,6 +93,18 @@ struct Texture {
     smooth: bool,
     // A set a frame slot.
     sets: DescriptorSets,
+}
+
+/// A copy of texels to a texture.
+pub struct Copy<'a> {
+    /// The texture.
+    pub texture: &'a Image,
+    /// Whether it holds something already, which may be drawn.
+    pub holds: bool,
+    /// Where the texels are, and the first of them.
+    pub from: (&'a Buffer, u64),
+    /// Where they go: corner and size.
+    pub place: ([u32; 3], [u32; 3]),
 }
 
 /// Kept for its drop alone.
@@ -218,34 +230,27 @@ impl PanelPass {
         Ok(())
     }
 
-    /// Copies what is new to its textures; before the render pass.
-    #[rustfmt::skip] // A barrier is read as a sentence.
-    pub fn record_new(&self, commands: vk::CommandBuffer, slot: usize, panel: &Panel) {
-        let Some(staging) = &self.buffers[slot].staging else { return };
-        let device = &*self.device;
-        let mut first = 0;
-        for new in &panel.new {
-            let count = u64::from(new.size[0]) * u64::from(new.size[1]);
-            if let Some(texture) = self.textures.get(&new.texture) {
-                let before = match new.origin {
-                    None => Use::DISCARD,
-                    Some(_) => Use::FRAGMENT_SAMPLE,
-                };
-                barrier::image(
-                    device, commands, c"WAR: the previous frame draws with the texture",
-                    &texture.image, before, Use::COPY_TARGET,
-                );
-                let [x, y] = new.origin.unwrap_or_default();
-                let [width, height] = new.size;
-                let place = ([x, y, 0], [width, height, 1]);
-                submit::record_part_upload(device, commands, (staging, first), &texture.image, place);
-                barrier::image(
-                    device, commands, c"RAW: the panel draws with the texture",
-                    &texture.image, Use::COPY_TARGET, Use::FRAGMENT_SAMPLE,
-                );
-            }
-            first += count;
-        }
+    /// The copies that bring what is new of `panel` to its textures, in turn: the texture, whether it holds something
+    /// already, the buffer with the first of the texels, and the place they go to (corner and size).
+    pub fn copies<'a>(
+        &'a self,
+        slot: usize,
+        panel: &'a Panel,
+    ) -> impl Iterator<Item = Copy<'a>> + 'a {
+        let staging = self.buffers[slot].staging.as_ref();
+        let mut next = 0;
+        panel.new.iter().filter_map(move |new| {
+            let first = next;
+            next += u64::from(new.size[0]) * u64::from(new.size[1]);
+            let [x, y] = new.origin.unwrap_or_default();
+            let [width, height] = new.size;
+            Some(Copy {
+                texture: &self.textures.get(&new.texture)?.image,
+                holds: new.origin.is_some(),
+                from: (staging?, first),
+                place: ([x, y, 0], [width, height, 1]),
+            })
+        })
     }
 
     /// Draws the panel; inside the render pass, whose scissor it leaves anywhere.

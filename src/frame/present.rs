@@ -15,7 +15,7 @@ use super::targets::overwriting_pass;
 use crate::gpu::swapchain::encodes;
 use crate::gpu::{
     self, Device, PresentMode, RenderPass, Semaphore, Slot, Surface, Swapchain, Timestamps, Turn,
-    Use, barrier,
+    Use, barrier, submit,
 };
 
 /// Frames of the window recorded ahead of the device, as the renderer's.
@@ -167,7 +167,7 @@ impl Presenter {
         let commands = self.slots[slot].begin()?;
         self.stamps[slot].reset(commands);
         device.begin_label(commands, c"panel, new textures");
-        drawing.panel.record_new(commands, slot, panel);
+        record_textures(device, commands, &drawing.panel, slot, panel);
         device.end_label(commands);
 
         // compose: one render pass, of which picture and panel draw all: what the picture leaves, the panel covers.
@@ -255,6 +255,29 @@ impl Presenter {
             }
         }
         Ok(true)
+    }
+}
+
+/// What is new of the panel's textures, one copy after another.
+#[rustfmt::skip] // A barrier is read as a sentence.
+pub(super) fn record_textures(
+    device: &Device,
+    commands: vk::CommandBuffer,
+    pass: &PanelPass,
+    slot: usize,
+    panel: &Panel,
+) {
+    for copy in pass.copies(slot, panel) {
+        let before = if copy.holds { Use::FRAGMENT_SAMPLE } else { Use::DISCARD };
+        barrier::image(
+            device, commands, c"WAR: the previous frame draws with the texture",
+            copy.texture, before, Use::COPY_TARGET,
+        );
+        submit::record_part_upload(device, commands, copy.from, copy.texture, copy.place);
+        barrier::image(
+            device, commands, c"RAW: the panel draws with the texture",
+            copy.texture, Use::COPY_TARGET, Use::FRAGMENT_SAMPLE,
+        );
     }
 }
 

@@ -295,7 +295,7 @@ pub fn record_upload(
 }
 
 /// Records the copy of `size` tightly packed texels of 4 bytes, from texel `first` of `buffer`, to `origin` in
-/// `image`, an image of three dimensions in [`Use::COPY_TARGET`].
+/// `image`, whose texels have 4 bytes and which is in [`Use::COPY_TARGET`].
 pub fn record_part_upload(
     device: &Device,
     commands: vk::CommandBuffer,

@@ -147,13 +147,15 @@ impl Swapchain {
     ) -> Result<Option<Self>> {
         let physical = device.candidate().physical;
         let query = &surface.functions;
-        // SAFETY: here and below, device and surface are of one instance and alive.
+        // SAFETY: device and surface are of one instance and alive.
         let ability = check("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", unsafe {
             query.get_physical_device_surface_capabilities(physical, surface.raw)
         })?;
+        // SAFETY: as above.
         let formats = check("vkGetPhysicalDeviceSurfaceFormatsKHR", unsafe {
             query.get_physical_device_surface_formats(physical, surface.raw)
         })?;
+        // SAFETY: as above.
         let modes = check("vkGetPhysicalDeviceSurfacePresentModesKHR", unsafe {
             query.get_physical_device_surface_present_modes(physical, surface.raw)
         })?;
@@ -205,6 +207,7 @@ impl Swapchain {
                     .map_or_else(vk::SwapchainKHR::null, |old| old.raw),
             );
         let functions = khr::swapchain::Device::new(&device.instance().raw, &device.raw);
+        // SAFETY: the surface offers what `info` asks for; the old swapchain is alive and of the same surface.
         let raw = check("vkCreateSwapchainKHR", unsafe {
             functions.create_swapchain(&info, None)
         });
@@ -220,6 +223,7 @@ impl Swapchain {
             device: Arc::clone(device),
         };
         device.name(made.raw, "swapchain");
+        // SAFETY: the swapchain was made above.
         let images = check("vkGetSwapchainImagesKHR", unsafe {
             made.functions.get_swapchain_images(made.raw)
         })?;

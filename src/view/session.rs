@@ -107,20 +107,52 @@ pub struct Session {
     device: Arc<Device>,
 }
 
+/// What is wanted at first, loaded and found fit to be drawn, whatever the device.
+pub struct Loaded {
+    wanted: Request,
+    model: Arc<Model>,
+    rows: Vec<budget::Row>,
+}
+
+impl Loaded {
+    /// Loads what `wanted` names.
+    ///
+    /// # Errors
+    /// What [`Request::plan`] refuses, a budget that no plan keeps, and the methods that are no matter of frames.
+    pub fn new(wanted: Request) -> Result<Loaded, Error> {
+        let rows = budget::table()?;
+        let model = Arc::new(wanted.mesh.load()?);
+        // Where all filter; others may want a larger budget.
+        planned(&wanted, &model, &rows, Filter::Linear)?;
+        Ok(Loaded {
+            wanted,
+            model,
+            rows,
+        })
+    }
+}
+
 impl Session {
     /// Loads what `wanted` names, to be drawn on `device`.
     ///
     /// # Errors
-    /// What [`Request::plan`] refuses, and the methods that are no matter of frames.
-    pub fn new(
-        options: &Options,
-        device: &Arc<Device>,
-        mut wanted: Request,
-    ) -> Result<Session, Error> {
-        let rows = budget::table()?;
+    /// As [`Loaded::new`].
+    pub fn new(options: &Options, device: &Arc<Device>, wanted: Request) -> Result<Session, Error> {
+        Session::of(options, device, Loaded::new(wanted)?)
+    }
+
+    /// Draws what was `loaded` on `device`.
+    ///
+    /// # Errors
+    /// A budget that is too small for the device.
+    pub fn of(options: &Options, device: &Arc<Device>, loaded: Loaded) -> Result<Session, Error> {
+        let Loaded {
+            mut wanted,
+            model,
+            rows,
+        } = loaded;
         let filter = frame::filter_of(device.candidate());
         let time = wanted.time.take();
-        let model = Arc::new(wanted.mesh.load()?);
         let frame_number = 0;
         let (plan, chosen) = planned(&wanted, &model, &rows, filter)?;
         let mut session = Session {

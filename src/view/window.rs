@@ -1,7 +1,7 @@
 //! The system's window: its events, and its frames.
 
 use super::panel::{Facts, Panel};
-use super::session::{Phase, Session};
+use super::session::{Loaded, Phase, Session};
 use super::timing::{Frame, Timing};
 use super::{Error, Settings, Summary, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
@@ -9,7 +9,7 @@ use crate::frame::watch::Watcher;
 use crate::frame::{self, Options, panel as drawn};
 use crate::scene::Request;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -34,6 +34,18 @@ pub enum Wake {
 
 /// Opens the window and runs it.
 pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<Summary, Error> {
+    // First: what cannot be drawn is told before a window flashes up, or where none can.
+    let loaded = Loaded::new(request)?;
+    let proxy = Arc::new(OnceLock::<EventLoopProxy<Wake>>::new());
+    let waker = Arc::clone(&proxy);
+    let wake = move || {
+        // A loop that has ended wants no waking.
+        let _ = waker.get().map(|proxy| proxy.send_event(Wake::Redraw));
+    };
+    let watcher = settings.watch.as_deref();
+    let watcher = watcher
+        .map(|folder| Watcher::new(folder, wake))
+        .transpose()?;
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
         // The whole of it is several lines of reasons.
         let reason = error.to_string();
@@ -43,11 +55,11 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
              draw to a file with `marmor render`"
         ))
     })?;
+    let _ = proxy.set(event_loop.create_proxy());
     let mut app = App {
         options,
         settings,
-        proxy: event_loop.create_proxy(),
-        request: Some(request),
+        loaded: Some((loaded, watcher)),
         running: None,
         result: Ok(Summary::default()),
     };
@@ -60,8 +72,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
 struct App<'a> {
     options: &'a Options,
     settings: &'a Settings,
-    proxy: EventLoopProxy<Wake>,
-    request: Option<Request>,
+    loaded: Option<(Loaded, Option<Watcher>)>,
     running: Option<Running>,
     result: Result<Summary, Error>,
 }
@@ -81,11 +92,10 @@ impl App<'_> {
 impl ApplicationHandler<Wake> for App<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         // Once; a desktop never takes the window away again.
-        let Some(request) = self.request.take() else {
+        let Some((loaded, watcher)) = self.loaded.take() else {
             return;
         };
-        let proxy = self.proxy.clone();
-        match Running::open(event_loop, proxy, self.options, self.settings, request) {
+        match Running::open(event_loop, self.options, self.settings, loaded, watcher) {
             Ok(running) => self.running = Some(running),
             Err(fault) => self.end(event_loop, Some(fault)),
         }
@@ -157,21 +167,11 @@ struct Running {
 impl Running {
     fn open(
         event_loop: &ActiveEventLoop,
-        proxy: EventLoopProxy<Wake>,
         options: &Options,
         settings: &Settings,
-        request: Request,
+        loaded: Loaded,
+        watcher: Option<Watcher>,
     ) -> Result<Running, Error> {
-        // First: a folder that is none is told before a window flashes up.
-        let wake = move || {
-            // A loop that has ended wants no waking.
-            let _ = proxy.send_event(Wake::Redraw);
-        };
-        let watcher = settings
-            .watch
-            .as_deref()
-            .map(|folder| Watcher::new(folder, wake))
-            .transpose()?;
         let [width, height] = settings.size;
         let attributes = Window::default_attributes()
             .with_title("marmor")
@@ -186,7 +186,7 @@ impl Running {
             .and_then(|display| Ok((display.as_raw(), window.window_handle()?.as_raw())))
             .map_err(|error| Error::Start(format!("the window cannot be drawn on ({error})")))?;
         let (device, surface) = frame::open_window(options, handles)?;
-        let session = Session::new(options, &device, request)?;
+        let session = Session::of(options, &device, loaded)?;
         if let Some(watcher) = &watcher {
             device.set_shader_source(Some(watcher.source()));
         }
