@@ -544,7 +544,9 @@ impl Panel {
                 self.moved = Some(Instant::now());
             }
         }
-        let closes = context.input(|input| input.modifiers.command && input.key_pressed(Key::Q));
+        // By the modifiers of the press: in a long frame they are let go again by its end.
+        let closes = |event: &egui::Event| matches!(event, egui::Event::Key { key: Key::Q, pressed: true, modifiers, .. } if modifiers.command);
+        let closes = context.input(|input| input.events.iter().any(closes));
         self.quits |= closes;
     }
 }
