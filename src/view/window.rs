@@ -3,6 +3,7 @@
 use super::panel::{Facts, Panel};
 use super::session::{Phase, Session};
 use super::timing::{Frame, Timing};
+use super::worker::Worker;
 use super::{Error, Settings, Summary, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
 use crate::frame::{self, Options, panel as drawn};
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::window::{Window, WindowId};
 
@@ -43,6 +44,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
         ))
     })?;
     let mut app = App {
+        proxy: event_loop.create_proxy(),
         options,
         settings,
         request: Some(request),
@@ -56,6 +58,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
 }
 
 struct App<'a> {
+    proxy: EventLoopProxy<Wake>,
     options: &'a Options,
     settings: &'a Settings,
     request: Option<Request>,
@@ -81,7 +84,8 @@ impl ApplicationHandler<Wake> for App<'_> {
         let Some(request) = self.request.take() else {
             return;
         };
-        match Running::open(event_loop, self.options, self.settings, request) {
+        let proxy = self.proxy.clone();
+        match Running::open(event_loop, proxy, self.options, self.settings, request) {
             Ok(running) => self.running = Some(running),
             Err(fault) => self.end(event_loop, Some(fault)),
         }
@@ -130,6 +134,8 @@ enum Next {
 
 /// The open window. Fields are dropped in turn: what draws before what it draws on.
 struct Running {
+    // Its thread ends before anything goes that it may use.
+    worker: Worker,
     session: Session,
     presenter: Presenter,
     panel: Panel,
@@ -151,6 +157,7 @@ struct Running {
 impl Running {
     fn open(
         event_loop: &ActiveEventLoop,
+        proxy: EventLoopProxy<Wake>,
         options: &Options,
         settings: &Settings,
         request: Request,
@@ -184,8 +191,14 @@ impl Running {
             Some(side),
         );
         let panel = Panel::new(&session);
+        let wake = move || {
+            // Where the loop has ended there is no one to wake.
+            let _ = proxy.send_event(Wake::Redraw);
+        };
+        let worker = Worker::new(options, &device, wake)?;
         window.request_redraw();
         Ok(Running {
+            worker,
             session,
             presenter,
             panel,
@@ -258,6 +271,8 @@ impl Running {
             self.messages.push(message);
         }
 
+        self.panel.hear(&mut self.worker, &mut self.session);
+
         // The panel first: it says what is wanted, and where the picture has its place.
         let input = self.egui.take_egui_input(&self.window);
         let facts = Facts {
@@ -303,6 +318,7 @@ impl Running {
             self.carried.gone = triangles.gone;
         }
         self.save_if_whole()?;
+        let news = self.panel.ask(&mut self.worker, &self.session);
 
         let repaint = output
             .viewport_output
@@ -312,7 +328,7 @@ impl Running {
         let settled = self.session.converged() || self.session.fault.is_some();
         self.next = if drawn == Drawn::Skipped {
             Next::At(now + HIDDEN)
-        } else if moving || repaint.is_zero() {
+        } else if moving || news || repaint.is_zero() {
             Next::Now
         } else if !settled {
             if quiet {
