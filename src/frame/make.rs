@@ -22,7 +22,10 @@ use super::targets::{self, Boxes, Canvas, GBuffer, Light, LightMap, PyramidDesc}
 use super::uniforms::{LevelTable, Reprojection, Uniforms, VolumeTable};
 use super::view::{self, ViewPass};
 use super::volume::VolumePass;
-use super::{FRAMES_IN_FLIGHT, PASSES, Renderer, Setup, Shaders, filter_of, live_stages, stages};
+use super::{
+    EXACT_SUBMIT, FRAMES_IN_FLIGHT, PASSES, Renderer, Setup, Shaders, filter_of, live_stages,
+    stages,
+};
 use crate::gpu::{self, Buffer, Device, Location, Slot, Statistics, Timestamps};
 use crate::optics::single::PathFit;
 use crate::scene::{LightFrame, Mesh, Multiple, Plan, Scattering, Taps};
@@ -241,6 +244,8 @@ impl Renderer {
         };
         Ok(Renderer {
             redraw_light: false,
+            exact_submit: EXACT_SUBMIT,
+            stop: None,
             slots,
             stamps,
             statistics,

@@ -43,6 +43,7 @@ pub mod shaders {
 use std::ffi::CStr;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ash::vk;
@@ -53,8 +54,8 @@ pub use boxes_ways::{SHARED_SIDE, Way, boxes_alone};
 pub use capture::Target;
 pub use fetches::{Shaders, live_stages, stages, window_stages};
 pub use run::{
-    Animator, Counted, DeviceInfo, Error, Options, Picture, check_fit, count, devices, filter,
-    open_device, open_window, render,
+    Animator, Counted, DeviceInfo, Error, Options, Picture, check_fit, count, count_on, devices,
+    filter, open_device, open_window, render,
 };
 
 use crate::gpu::{
@@ -86,8 +87,8 @@ use volume::VolumePass;
 /// frame more than the device works on keeps both busy; a third would only add latency.
 const FRAMES_IN_FLIGHT: usize = 2;
 
-/// How long should one submit of `exact` take? Short enough that a desktop on the same
-/// device stays alive and no watchdog fires, long enough that submitting costs nothing.
+/// How long should one submit of `exact` take, unless [`Renderer::exact_submit`] says otherwise? Short enough that a
+/// desktop on the same device stays alive and no watchdog fires, long enough that submitting costs nothing.
 const EXACT_SUBMIT: Duration = Duration::from_millis(400);
 
 /// How many pairs of pixel and texel may a slab of the picture make with one row of the light
@@ -178,6 +179,10 @@ pub struct Renderer {
     /// Whether each frame poses the mesh, if it moves, and draws the light map anew, even if both are as they were in the
     /// frame before. They are then what they were: for measuring alone.
     pub redraw_light: bool,
+    /// How long one submit of `exact` should take. Whoever draws on the same device waits for it.
+    pub exact_submit: Duration,
+    /// Once it is true, [`Renderer::render`] ends with [`gpu::Error::Stopped`], before its next frame or submit of `exact`.
+    pub stop: Option<Arc<AtomicBool>>,
     // Dropped first: a slot waits for the queue before anything it uses goes.
     slots: Vec<Slot>,
     stamps: Vec<Timestamps>,
@@ -320,7 +325,7 @@ impl Renderer {
     /// Renders and averages the plan's frames; returns the mean time of a frame on the wall.
     ///
     /// # Errors
-    /// [`gpu::Error::DeviceLost`] among others.
+    /// [`gpu::Error::DeviceLost`] among others, and [`gpu::Error::Stopped`] where it is told to stop.
     pub fn render(&mut self, progress: &mut dyn FnMut(Progress)) -> gpu::Result<Duration> {
         self.render_frames(0..self.plan.frames_averaged, progress)
     }
@@ -343,6 +348,7 @@ impl Renderer {
         for index in range {
             let done = index - first;
             let last = done + 1 == frames;
+            self.go_on()?;
             self.average(index, done, [last; 2], progress)?;
             progress(Progress::Frame {
                 done: done + 1,
@@ -353,6 +359,14 @@ impl Renderer {
             self.collect(slot)?;
         }
         Ok(start.elapsed() / frames.max(1))
+    }
+
+    /// Refuses to, where it is told to stop. What was submitted runs to its end, and another picture can be drawn.
+    fn go_on(&self) -> gpu::Result<()> {
+        match &self.stop {
+            Some(stop) if stop.load(Ordering::Relaxed) => Err(gpu::Error::Stopped),
+            _ => Ok(()),
+        }
     }
 
     /// Draws frame `index` of the plan's average onto the mean of those before it, which were drawn one by one, 0 first, and
@@ -802,7 +816,7 @@ impl Renderer {
         camera.end(commands);
     }
 
-    /// exact: the sum over the light map, in submits of about [`EXACT_SUBMIT`], each a band of
+    /// exact: the sum over the light map, in submits of about [`Renderer::exact_submit`], each a band of
     /// the map's rows for a slab of the picture's; goes on in the command buffer it returns.
     #[rustfmt::skip] // A barrier is read as a sentence.
     fn sum_exact(
@@ -826,6 +840,7 @@ impl Renderer {
             let lines = [line, (line + slab).min(height)];
             let mut done = 0;
             while done < rows {
+                self.go_on()?;
                 let next = (done + band).min(rows);
                 let commands = self.start(slot)?;
                 barrier::image(
@@ -843,7 +858,7 @@ impl Renderer {
                 self.collect(slot)?;
                 let seconds = start.elapsed().as_secs_f64() / f64::from(next - done);
                 // At most eightfold, lest the first measurement was of a device half asleep.
-                let wanted = EXACT_SUBMIT.as_secs_f64() / seconds.max(1e-6);
+                let wanted = self.exact_submit.as_secs_f64() / seconds.max(1e-6);
                 if self.counters.is_none() {
                     band = (wanted as u32).min(most).clamp(1, 8 * band);
                 }

@@ -426,23 +426,34 @@ pub fn count(
 ) -> Result<Counted, Error> {
     let device = open_device(options)?;
     check_fit(options, plan, device.candidate(), false)?;
+    Ok(Counted {
+        ledger: count_on(&device, plan, progress)?,
+        device: device.candidate().name.clone(),
+        driver: device.candidate().driver.clone(),
+        validation_messages: device.instance().take_messages(),
+    })
+}
+
+/// As [`count`], on a `device` that is open, for a plan that fits it; what its validation layer says stays there.
+///
+/// # Errors
+/// As [`count`].
+pub fn count_on(
+    device: &Arc<Device>,
+    plan: &Plan,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Ledger, Error> {
     let shaders = Shaders::Counting;
     let setup = Setup {
         shaders,
         ..Setup::default()
     };
-    let mut renderer = Renderer::new(&device, plan, &setup)?;
+    let mut renderer = Renderer::new(device, plan, &setup)?;
     renderer.render_frames(0..plan.frames_averaged.min(2), progress)?;
     let filter = super::filter_of(device.candidate());
     let stages = super::stages(plan, filter, shaders);
     let declared = ledger::declared(plan, filter);
-    let ledger = Ledger::new(&declared, &stages, &renderer.counts()?).map_err(Error::Device)?;
-    Ok(Counted {
-        device: device.candidate().name.clone(),
-        driver: device.candidate().driver.clone(),
-        ledger,
-        validation_messages: device.instance().take_messages(),
-    })
+    Ledger::new(&declared, &stages, &renderer.counts()?).map_err(Error::Device)
 }
 
 /// Refuses, before anything is allocated, what cannot fit.

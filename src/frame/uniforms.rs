@@ -11,7 +11,7 @@ use crate::scene::pyramid::Atlas;
 use crate::scene::{LightFrame, Plan, Taps, View};
 
 /// Fraction of clip depth that the caster's range fills: `LIGHT_DEPTH_MARGIN` of `shared.glsl`.
-const LIGHT_DEPTH_MARGIN: f64 = 1.001;
+pub const LIGHT_DEPTH_MARGIN: f64 = 1.001;
 
 /// How many rings there may be.
 const RINGS_MAX: usize = *RINGS.end() as usize;

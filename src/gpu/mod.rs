@@ -49,6 +49,9 @@ pub enum Error {
     /// What was asked is beyond this device, or beyond the method; the message says which.
     #[error("{0}")]
     Unsupported(String),
+    /// Whoever asked for the work wants it no longer.
+    #[error("stopped")]
+    Stopped,
     /// A shader that is not the program's own is at fault; the message is the compiler's.
     #[error("{0}")]
     Shader(String),

@@ -165,7 +165,7 @@ impl Canvas {
 }
 
 /// The colour map of the FLIP paper, dark to bright, 256 entries.
-fn magma() -> Vec<[u8; 4]> {
+pub fn magma() -> Vec<[u8; 4]> {
     nv_flip::magma_lut()
         .to_vec()
         .chunks_exact(3)

@@ -72,6 +72,33 @@ impl View {
     }
 }
 
+impl View {
+    /// What this view of a picture of `size` pixels shows in columns and rows `part` (x, y, width, height) of it, as a picture
+    /// of its own: pixel (i, j) has the ray, and the depth, of pixel (x + i, y + j).
+    #[must_use]
+    pub fn cropped(&self, size: [u32; 2], part: [u32; 4]) -> View {
+        let [x, y, width, height] = part.map(f64::from);
+        // Pixels are linear in clip space: x_part + w = (W / width) (x + w) - 2 (x0 / width) w.
+        let along = |whole: u32, first: f64, side: f64| {
+            let scale = f64::from(whole) / side;
+            (scale, scale - 2.0 * first / side - 1.0)
+        };
+        let (scale_x, shift_x) = along(size[0], x, width);
+        let (scale_y, shift_y) = along(size[1], y, height);
+        let nearer = DMat4::from_cols_array(&[
+            scale_x, 0.0, 0.0, 0.0, //
+            0.0, scale_y, 0.0, 0.0, //
+            0.0, 0.0, 1.0, 0.0, //
+            shift_x, shift_y, 0.0, 1.0,
+        ]);
+        View {
+            ray_0: self.ray_0 + self.ray_x * x + self.ray_y * y,
+            view_proj: nearer * self.view_proj,
+            ..self.clone()
+        }
+    }
+}
+
 impl Camera {
     /// Binds the camera to `width` x `height` pixels and to the depth range of a
     /// bounding sphere. `jitter` shifts the picture by a fraction of a pixel, in [-1/2, 1/2]^2.
@@ -142,5 +169,48 @@ impl View {
     /// Distance along the optical axis (mm) of a depth-buffer value in [0, 1].
     pub fn axial(&self, depth: f64) -> f64 {
         self.near * self.far / (self.far - depth * (self.far - self.near))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_a_picture_shows_what_the_whole_shows_there() {
+        let camera = Camera {
+            eye: DVec3::new(30.0, 40.0, 120.0),
+            target: DVec3::new(1.0, 2.0, 3.0),
+            up: DVec3::Y,
+            fov: 40.0,
+        };
+        let size = [151, 97];
+        let jitter = DVec2::new(0.3, -0.2);
+        let whole = camera.view(size[0], size[1], camera.target, 50.0, jitter);
+        let seen = |view: &View, [width, height]: [f64; 2], p: DVec3| {
+            let clip = view.view_proj * p.extend(1.0);
+            let pixel = (DVec2::new(clip.x, clip.y) / clip.w + 1.0) * 0.5;
+            (pixel * DVec2::new(width, height), clip.z / clip.w)
+        };
+        for part in [
+            [0, 0, 151, 97],
+            [17, 9, 32, 64],
+            [150, 96, 1, 1],
+            [64, 0, 87, 5],
+        ] {
+            let [x, y, width, height] = part.map(f64::from);
+            let cropped = whole.cropped(size, part);
+            for at in [DVec2::new(0.5, 0.5), DVec2::new(0.25 * width, height - 0.5)] {
+                let there = at + DVec2::new(x, y);
+                let (p, q) = (cropped.position(at, 0.4), whole.position(there, 0.4));
+                assert!(p.distance(q) < 1e-9, "{part:?}, {at}: {p} is not {q}");
+                let (pixel, depth) = seen(&cropped, [width, height], p);
+                assert!(pixel.distance(at) < 1e-9, "{part:?}, {at}: seen at {pixel}");
+                let (pixel, same) = seen(&whole, size.map(f64::from), q);
+                assert!(pixel.distance(there) < 1e-9);
+                assert!((depth - same).abs() < 1e-12);
+            }
+        }
+        assert_eq!(whole.cropped(size, [0, 0, 151, 97]), whole);
     }
 }

@@ -42,7 +42,7 @@ pub use mesh::Mesh;
 pub use model::{Model, Pose};
 pub use motion::{Animation, Moment, Motion};
 pub use plan::{
-    Exits, Fourth, Jitter, March, Method, Mixture, Multiple, Plan, Scattering, Single, Taps,
+    Exits, Fourth, Jitter, March, Method, Mixture, Multiple, Part, Plan, Scattering, Single, Taps,
 };
 pub use request::{MeshSource, Request};
 

@@ -192,6 +192,15 @@ pub enum Jitter {
     All,
 }
 
+/// A picture that is part of a larger one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Width and height of the whole, pixels.
+    pub whole: [u32; 2],
+    /// The column and row of the whole at its upper left corner.
+    pub corner: [u32; 2],
+}
+
 /// A validated request for one picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -203,6 +212,8 @@ pub struct Plan {
     pub time: f64,
     /// Width and height in pixels, each in [1, 16384].
     pub size: [u32; 2],
+    /// Of which picture this one is a part, if it is of one; never where there is a `split`.
+    pub part: Option<Part>,
     /// The method of the picture, or of its right part when `split` is given.
     pub multiple: Multiple,
     /// The method of the left part.
@@ -413,8 +424,39 @@ impl Plan {
         let mut camera = self.scene.camera.clone();
         camera.eye -= center;
         camera.target -= center;
-        let [width, height] = self.size;
-        camera.view(width, height, DVec3::ZERO, radius, self.offsets(index)[0])
+        let [width, height] = self.part.map_or(self.size, |part| part.whole);
+        let view = camera.view(width, height, DVec3::ZERO, radius, self.offsets(index)[0]);
+        match self.part {
+            Some(Part { whole, corner }) => {
+                let ([x, y], [width, height]) = (corner, self.size);
+                view.cropped(whole, [x, y, width, height])
+            }
+            None => view,
+        }
+    }
+
+    /// Columns and rows `place` (x, y, width, height), which lie within this picture, as a picture of their own, of one
+    /// method: where this one is split, that of the side on which their middle lies.
+    #[must_use]
+    pub fn part_of(&self, place: [u32; 4]) -> Plan {
+        let [x, y, width, height] = place;
+        let Part { whole, corner } = self.part.unwrap_or(Part {
+            whole: self.size,
+            corner: [0; 2],
+        });
+        let middle = x + width / 2;
+        let mut methods = self.parts();
+        let method = methods.find(|([first, end], _)| (*first..*end).contains(&middle));
+        Plan {
+            size: [width, height],
+            part: Some(Part {
+                whole,
+                corner: [corner[0] + x, corner[1] + y],
+            }),
+            multiple: method.map_or(self.multiple, |(_, method)| method),
+            split: None,
+            ..self.clone()
+        }
     }
 
     /// Sub-pixel offset of the camera and sub-texel offset of the light map in frame `index`,

@@ -336,6 +336,7 @@ impl Request {
             motion: motion.map(Arc::new),
             time,
             size: self.size,
+            part: None,
             multiple: self.with_parameters(self.multiple),
             split: self.split.map(|method| self.with_parameters(method)),
             split_at: self.split_at,

@@ -3,17 +3,22 @@
 //! - [`session`]: what is drawn, and by which renderer
 //! - `window`: the system's window, its events and its frames
 //! - `panel`: what stands beside the picture
+//! - [`lens`]: what is looked at in its place: the images that it is made of, fetches, errors
+//! - [`worker`]: what takes too long for a frame of the window, and [`region`], the error of a rectangle
 //! - [`orbit`]: what a drag does to camera and light
 //! - `save`: the picture as files that `marmor render` reproduces
 
+pub mod lens;
 pub mod orbit;
 pub mod paint;
 mod panel;
+pub mod region;
 mod save;
 pub mod session;
 mod style;
 mod timing;
 mod window;
+pub mod worker;
 
 use crate::frame::Options;
 use crate::gpu::{self, PresentMode};

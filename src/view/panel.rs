@@ -3,11 +3,13 @@
 mod controls;
 mod costs;
 mod help;
+mod look;
 
 use super::orbit;
 use super::session::{Phase, SCALES, Session};
 use super::style;
 use super::timing::Timing;
+use super::worker::Worker;
 use crate::gpu::PresentMode;
 use crate::scene::{Deformer, Method, Viewpoint};
 use egui::{Align2, Color32, CursorIcon, Key, PointerButton, Rect, Sense, Stroke, Ui, pos2, vec2};
@@ -53,6 +55,7 @@ pub struct Panel {
     costs: bool,
     controls: controls::Memory,
     message: Option<(String, bool, Instant)>,
+    look: look::Look,
 }
 
 /// A clip that plays: since when, and from which frame.
@@ -81,7 +84,20 @@ impl Panel {
             costs: true,
             controls: controls::Memory::new(session),
             message: None,
+            look: look::Look::default(),
         }
+    }
+
+    /// Takes in what the worker has to say, before the panel is laid out.
+    pub fn hear(&mut self, worker: &mut Worker, session: &mut Session) {
+        if let Some(fault) = self.look.hear(worker, session) {
+            self.complain(fault);
+        }
+    }
+
+    /// Has the worker do what is wanted, once the picture is drawn; whether the panel is to be laid out again at once.
+    pub fn ask(&mut self, worker: &mut Worker, session: &Session) -> bool {
+        self.look.ask(worker, session)
     }
 
     /// Where the picture has its place, points.
@@ -183,6 +199,7 @@ impl Panel {
                 .auto_shrink([false, false])
                 .show(ui, |ui| {
                     ui.set_max_width(style::WIDTH - 36.0);
+                    self.look.show_controls(ui, session);
                     self.show_animation(ui, session);
                     controls::show(ui, session, &mut self.controls);
                     self.show_messages(ui, facts);
@@ -348,13 +365,25 @@ impl Panel {
         let rect = ui.max_rect();
         self.viewport = rect;
         let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
-        let divided = self.show_divider(ui, rect, session);
-        if response.dragged() && !divided {
-            let by = response.drag_delta();
+        let chooses = match self.look.show(ui, rect, &response, session) {
+            Ok(chooses) => chooses,
+            Err(fault) => {
+                self.complain(fault.to_string());
+                false
+            }
+        };
+        let divided = self.look.is_plain() && self.show_divider(ui, rect, session);
+        // In a long frame the button may have gone up again: what it has moved before counts.
+        if (response.dragged() || response.drag_stopped()) && !divided && !chooses {
+            let held = |button| response.dragged_by(button) || response.drag_stopped_by(button);
+            let (by, modifiers, light) = ui.input(|input| {
+                (
+                    input.pointer.delta(),
+                    input.modifiers,
+                    input.key_down(Key::L),
+                )
+            });
             let by = DVec2::new(f64::from(by.x), f64::from(by.y));
-            let held = |button| response.dragged_by(button);
-            let keys = ui.input(|input| (input.modifiers, input.key_down(Key::L)));
-            let (modifiers, light) = keys;
             if held(PointerButton::Secondary) || modifiers.ctrl || light {
                 session.wanted.animation.light_keys = None;
                 session.wanted.light = orbit::turned_light(&session.wanted.light, by);
@@ -482,6 +511,13 @@ impl Panel {
         }
         if pressed(Key::Escape) {
             self.help = false;
+            self.look.close();
+        }
+        if pressed(Key::D) {
+            self.look.next(session);
+        }
+        if pressed(Key::E) {
+            self.look.arm();
         }
         if pressed(Key::P) {
             self.saves = true;

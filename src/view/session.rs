@@ -98,6 +98,9 @@ pub struct Session {
     // Share of the pixels that the last whole still covers.
     covered: f64,
     phase: Phase,
+    // How many plans there were, and how many times what they draw has changed.
+    version: u64,
+    drawn: u64,
     auto_scale: usize,
     // Drafts in a row that were not fluid.
     slow: u32,
@@ -167,6 +170,8 @@ impl Session {
             steered: false,
             covered: 0.5,
             phase: Phase::Still(0, FRAMES),
+            version: 0,
+            drawn: 0,
             auto_scale: 1,
             slow: 0,
             prices: Vec::new(),
@@ -225,6 +230,22 @@ impl Session {
         &self.device
     }
 
+    /// The number of the plan that is shown: another one where another picture is wanted, whatever is different about it.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Changes as often as there is something new in the intermediate images: with each frame of what moves, and with the
+    /// first and the last of a still, between which they only shift by parts of a texel.
+    pub fn drawn(&self) -> u64 {
+        self.drawn
+    }
+
+    /// Whether it is known what fetches cost here, or never will be.
+    pub fn is_priced(&self) -> bool {
+        !self.prices.is_empty() || self.device.candidate().timestamp_bits == 0
+    }
+
     /// Takes over what each kind of fetch costs here.
     pub fn price(&mut self, prices: Vec<frame::probe::FetchCost>) {
         self.prices = prices;
@@ -259,6 +280,7 @@ impl Session {
         self.draft_size = old.draft_size;
         self.auto_scale = old.auto_scale;
         self.prices = old.prices;
+        (self.version, self.drawn) = (old.version + 1, old.drawn + 1);
         // Shown until there is something else.
         self.still = old.still;
         self.planned = None;
@@ -369,6 +391,7 @@ impl Session {
             }
         };
         (self.plan, self.chosen, self.steered) = (plan, chosen, steered);
+        self.version += 1;
         Ok(())
     }
 
@@ -440,6 +463,7 @@ impl Session {
         if self.slow > SLOW && scale + 1 < SCALES.len() {
             (self.auto_scale, self.slow) = (scale + 1, 0);
         }
+        self.drawn += 1;
         Ok(())
     }
 
@@ -466,6 +490,7 @@ impl Session {
             self.auto_scale = fits.unwrap_or(SCALES.len() - 1);
         }
         self.phase = Phase::Still(done, frames);
+        self.drawn += u64::from(done == 1 || done == frames);
         if done == frames {
             let [width, height] = self.plan.size;
             tracing::info!("still: {frames} frames, {width}x{height} pixels");
@@ -594,7 +619,8 @@ impl Session {
     /// # Errors
     /// What the device says.
     pub fn intermediate(&mut self, target: frame::Target) -> Result<Option<Intermediate>, Error> {
-        let Some(stage) = self.shown() else {
+        // One that has drawn nothing yet holds nothing.
+        let Some(stage) = self.shown().filter(|stage| stage.frames > 0) else {
             return Ok(None);
         };
         let texels = stage.renderer.read(target)?;

@@ -4,6 +4,8 @@ use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle,
 
 /// The panel's ground.
 pub const GROUND: Color32 = Color32::from_rgb(0x16, 0x17, 0x19);
+/// Behind the picture: [`super::session::BACKDROP`], as a display shows it.
+pub const BACKDROP: Color32 = Color32::from_rgb(0x1f, 0x20, 0x21);
 /// What stands on it, a little lighter.
 pub const RAISED: Color32 = Color32::from_rgb(0x22, 0x24, 0x27);
 /// Under the pointer.

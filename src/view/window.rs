@@ -3,6 +3,7 @@
 use super::panel::{Facts, Panel};
 use super::session::{Loaded, Phase, Session};
 use super::timing::{Frame, Timing};
+use super::worker::Worker;
 use super::{Error, Settings, Summary, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
 use crate::frame::watch::Watcher;
@@ -57,6 +58,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
     })?;
     let _ = proxy.set(event_loop.create_proxy());
     let mut app = App {
+        proxy: event_loop.create_proxy(),
         options,
         settings,
         loaded: Some((loaded, watcher)),
@@ -70,6 +72,7 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
 }
 
 struct App<'a> {
+    proxy: EventLoopProxy<Wake>,
     options: &'a Options,
     settings: &'a Settings,
     loaded: Option<(Loaded, Option<Watcher>)>,
@@ -95,7 +98,15 @@ impl ApplicationHandler<Wake> for App<'_> {
         let Some((loaded, watcher)) = self.loaded.take() else {
             return;
         };
-        match Running::open(event_loop, self.options, self.settings, loaded, watcher) {
+        let proxy = self.proxy.clone();
+        match Running::open(
+            event_loop,
+            proxy,
+            self.options,
+            self.settings,
+            loaded,
+            watcher,
+        ) {
             Ok(running) => self.running = Some(running),
             Err(fault) => self.end(event_loop, Some(fault)),
         }
@@ -144,6 +155,8 @@ enum Next {
 
 /// The open window. Fields are dropped in turn: what draws before what it draws on.
 struct Running {
+    // Its thread ends before anything goes that it may use.
+    worker: Worker,
     session: Session,
     presenter: Presenter,
     panel: Panel,
@@ -167,6 +180,7 @@ struct Running {
 impl Running {
     fn open(
         event_loop: &ActiveEventLoop,
+        proxy: EventLoopProxy<Wake>,
         options: &Options,
         settings: &Settings,
         loaded: Loaded,
@@ -204,8 +218,14 @@ impl Running {
             Some(side),
         );
         let panel = Panel::new(&session);
+        let wake = move || {
+            // Where the loop has ended there is no one to wake.
+            let _ = proxy.send_event(Wake::Redraw);
+        };
+        let worker = Worker::new(options, &device, wake)?;
         window.request_redraw();
         Ok(Running {
+            worker,
             session,
             presenter,
             panel,
@@ -283,6 +303,7 @@ impl Running {
             tracing::info!("the shaders have changed");
             self.session.reload();
         }
+        self.panel.hear(&mut self.worker, &mut self.session);
 
         // The panel first: it says what is wanted, and where the picture has its place.
         let input = self.egui.take_egui_input(&self.window);
@@ -336,6 +357,7 @@ impl Running {
         if visible && quiet && !moving {
             self.session.warm(&mut self.presenter)?;
         }
+        let news = self.panel.ask(&mut self.worker, &self.session);
 
         let repaint = output
             .viewport_output
@@ -346,6 +368,7 @@ impl Running {
         self.next = if drawn == Drawn::Skipped {
             Next::At(now + HIDDEN)
         } else if moving
+            || news
             || repaint.is_zero()
             || told != (self.session.phase(), self.session.fault.clone())
         {

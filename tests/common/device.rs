@@ -120,6 +120,7 @@ pub fn plan(
         motion: None,
         time: 0.0,
         size,
+        part: None,
         multiple,
         split: None,
         split_at: 0.5,
