@@ -20,9 +20,9 @@ const CLICKED: f64 = 64.0;
 /// Frames of samples that are averaged at most.
 const FRAMES: u32 = 64;
 
-/// Side of the tile of noise that shifts samples, pixels. A part of a picture that begins at one has the samples of the
-/// whole, and the pixels of half size, too.
-const TILE: u32 = 64;
+/// Side of two tiles of the noise that shifts samples, pixels. A part of a picture that begins there has the samples of the
+/// whole, also where it is shaded at half size.
+const TILE: u32 = 128;
 /// Pixels around the region that shading at half size may read.
 const MARGIN: u32 = 2;
 

@@ -39,6 +39,8 @@ pub struct Look {
     // The corners of the region that is being chosen, points.
     corners: Option<[Pos2; 2]>,
     chosen: Option<[u32; 4]>,
+    // The last one: corner and size, pixels.
+    last: Option<[u32; 4]>,
     running: Option<(Task, Version)>,
     progress: f32,
     fetches: Option<(Version, Fetches)>,
@@ -260,7 +262,12 @@ impl Look {
             }
         };
         if let (Some(texture), Some(legend)) = (&self.texture, &self.legend) {
-            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            // Rows of a light map grow upwards.
+            let [top, bottom] = match self.lens.target() {
+                Some(_) => [1.0, 0.0],
+                None => [0.0, 1.0],
+            };
+            let whole = Rect::from_min_max(pos2(0.0, top), pos2(1.0, bottom));
             ui.painter()
                 .image(texture.id(), place, whole, Color32::WHITE);
             if self.lens == Lens::Error {
@@ -324,6 +331,7 @@ impl Look {
             });
             self.chosen = region::chosen(from, to, session.plan().size);
             self.armed = self.chosen.is_none();
+            self.last = self.chosen;
             return true;
         }
         self.corners.is_some()
@@ -341,6 +349,11 @@ impl Look {
             Lens::Fetches => Task::Fetches,
             _ => Task::Error,
         };
+        if let (Some([x, y, width, height]), Task::Error) = (self.last, task)
+            && self.running == Some((task, version))
+        {
+            outline(ui, in_points(ui, rect, [x, y], [width, height]));
+        }
         let runs = self.running == Some((task, version)) || self.chosen.is_some();
         let wrong = self.has_failed(task, version);
         let (title, fact) = match (task, wrong, runs) {
