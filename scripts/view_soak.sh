@@ -117,7 +117,7 @@ print("MiB:", " ".join(f"{x:.0f}" for x in memory))
 faults = [] if status == "0" else [f"exit code {status}"]
 fifth = len(memory) // 5
 if fifth < 1:
-    print("too short to see whether memory grows")
+    faults.append(f"{len(memory)} samples are too few to see whether memory grows")
 else:
     # The first fifth is warm-up: every method and size is met for the first time there.
     before = statistics.median(memory[fifth:2 * fifth])

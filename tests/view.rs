@@ -387,6 +387,8 @@ fn what_one_does_in_the_window_is_what_render_draws() {
     viewer.key("s");
     viewer.whole();
     let middle = (width / 2) as i32;
+    // Lest the drag fall into the making of what drags are drawn with.
+    thread::sleep(Duration::from_secs(5));
     viewer.drag("1", [middle, 200], [middle - 80, 200]);
     viewer.whole();
     let (split, saved) = viewer.save();
@@ -579,8 +581,8 @@ fn screenshots() {
     let folder = folder.path();
     let images = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     let shoot = |name: &str| {
-        // The panel says so a moment after the picture is whole.
-        thread::sleep(Duration::from_secs(2));
+        // The panel says so a moment after the picture is whole, and what a fetch costs is found out after that.
+        thread::sleep(Duration::from_secs(10));
         let screen = display.capture(folder);
         screen.save(images.join(name)).expect("a screenshot");
     };
@@ -594,15 +596,16 @@ fn screenshots() {
     split.extend([
         "--material",
         "skin1",
-        "--light",
-        "150,20",
+        "--light=-140,35",
+        "--exposure",
+        "2.5",
         "--split",
         "brdf",
     ]);
     let mut viewer = Viewer::open(&display, folder, &split);
     let [width, _] = viewer.whole();
     let middle = (width / 2) as i32;
-    viewer.drag("1", [middle, 300], [middle - 60, 300]);
+    viewer.drag("1", [middle, 300], [middle - 24, 300]);
     viewer.whole();
     // Not with the line lit up under the pointer.
     viewer.xdotool(&["mousemove", "20", "20"]);

@@ -469,7 +469,7 @@ impl Panel {
         if handle.hovered() || handle.dragged() {
             ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
         }
-        if handle.dragged() {
+        if handle.dragged() || handle.drag_stopped() {
             if let Some(pointer) = handle.interact_pointer_pos() {
                 let at = (pointer.x - rect.left()) / rect.width().max(1.0);
                 session.wanted.split_at = f64::from(at.clamp(0.0, 1.0));
