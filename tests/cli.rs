@@ -77,6 +77,7 @@ fn the_manual_is_printed_and_written() {
         "-fetches",
         "-man",
         "-render",
+        "-view",
         "",
     ]
     .iter()

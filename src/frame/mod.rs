@@ -229,7 +229,9 @@ pub struct Renderer {
     pass_totals: [f64; PASSES.len()],
     // Of the frame that was collected last.
     last_times: [Option<f64>; PASSES.len()],
-    last_invocations: [Option<u64>; PASSES.len()],
+    // Of each slot's last frame: llvmpipe gives another answer to whoever asks twice.
+    last_invocations: [[Option<u64>; PASSES.len()]; FRAMES_IN_FLIGHT],
+    collected: usize,
     frames: u32,
     light_draws: u32,
     deforms: u32,
@@ -1008,8 +1010,10 @@ impl Renderer {
                 self.last_times[pass as usize] = time;
                 let statistics = self.statistics.get(slot);
                 let counted = statistics.filter(|_| DRAWS.contains(&pass) && time.is_some());
-                self.last_invocations[pass as usize] = counted.and_then(|s| s.invocations(pass));
+                self.last_invocations[slot][pass as usize] =
+                    counted.and_then(|s| s.invocations(pass));
             }
+            self.collected = slot;
         }
         Ok(())
     }
@@ -1042,7 +1046,7 @@ impl Renderer {
         let passes = PASSES
             .iter()
             .zip(self.last_times)
-            .zip(self.last_invocations);
+            .zip(self.last_invocations[self.collected]);
         let ran = passes.filter_map(|(((name, _), time), count)| Some((*name, time?, count)));
         ran.collect()
     }
@@ -1050,12 +1054,9 @@ impl Renderer {
     /// How often the fragment shader of `pass` ran in the last frame; none where it does not measure, where the device
     /// does not count, and of passes that dispatch.
     pub fn invocations(&self, pass: &str) -> Option<u64> {
-        let pass = PASSES.iter().position(|(name, _)| *name == pass)? as u32;
+        let pass = PASSES.iter().position(|(name, _)| *name == pass)?;
         let slot = self.frames.checked_sub(1)? as usize % FRAMES_IN_FLIGHT;
-        let statistics = self.statistics.get(slot)?;
-        DRAWS
-            .contains(&pass)
-            .then(|| statistics.invocations(pass))?
+        self.last_invocations[slot][pass]
     }
 
     /// Linear RGBA radiance averaged over the frames, premultiplied by coverage, row-major.

@@ -130,7 +130,8 @@ impl Presenter {
     /// height; pixels), over `backdrop` (linear RGB), and over both the panel. It waits for the last frame but one, and
     /// for the display to hand over an image.
     ///
-    /// What is new of the panel is taken over even if the frame is skipped.
+    /// Of a frame that is skipped nothing is taken over: what is new of the panel must come again. An error after the display
+    /// has handed an image over leaves that image taken, so that whoever gets one closes the window.
     ///
     /// # Errors
     /// [`gpu::Error::DeviceLost`] among others.

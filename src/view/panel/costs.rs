@@ -79,11 +79,13 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
         .map(|cost| (cost.pass, cost.milliseconds, cost.fetches, cost.over_floor));
     let lines: Vec<_> = passes.chain(compose).collect();
     let most = lines.iter().map(|line| line.1).fold(1e-3, f64::max);
+    // All passes have their line, be they many.
+    let room = (rect.height() - 16.0 - LINE) / lines.len().max(1) as f32;
+    let line = room.min(LINE);
+    let font = FontId::proportional((0.82 * line).min(12.0));
+    let numbers_font = FontId::monospace((0.8 * line).min(11.5));
     for (row, (name, milliseconds, fetches, over_floor)) in lines.iter().enumerate() {
-        let y = rect.top() + 16.0 + LINE * row as f32;
-        if y + LINE > rect.bottom() - LINE {
-            break;
-        }
+        let y = rect.top() + 16.0 + line * row as f32;
         let own = if *name == "compose" {
             style::COOL
         } else {
@@ -94,11 +96,14 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
             pos2(rect.left() + NAME, y),
             Align2::LEFT_TOP,
             name,
-            FontId::proportional(12.0),
+            font.clone(),
             style::TEXT,
         );
         let length = bar_width * (milliseconds / most) as f32;
-        let bar = Rect::from_min_size(pos2(rect.left() + BAR, y + 3.5), vec2(length.max(1.0), 8.0));
+        let bar = Rect::from_min_size(
+            pos2(rect.left() + BAR, y + 0.22 * line),
+            vec2(length.max(1.0), 0.5 * line),
+        );
         ui.painter().rect_filled(bar, 2.0, own.gamma_multiply(0.85));
         let numbers = [
             (58.0, format!("{milliseconds:.2}")),
@@ -121,7 +126,7 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
                 pos2(right + at, y),
                 Align2::RIGHT_TOP,
                 &number,
-                style::numbers(),
+                numbers_font.clone(),
                 style::TEXT,
             );
         }
