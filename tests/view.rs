@@ -596,9 +596,8 @@ fn screenshots() {
     split.extend([
         "--material",
         "skin1",
-        "--light=-140,35",
-        "--exposure",
-        "2.5",
+        "--light",
+        "112,28",
         "--split",
         "brdf",
     ]);
