@@ -156,8 +156,9 @@ impl Panel {
         central.show(ui, |ui| {
             self.show_viewport(ui, session);
             // The panel tells faults; without one, they stand here.
-            let fault = session.fault.as_ref().filter(|_| !roomy);
-            self.show_message(ui, self.viewport, fault);
+            if !roomy {
+                self.show_message(ui, self.viewport, session.fault.as_ref());
+            }
         });
         // What is dragged in the panel moves, too.
         let held = context.input(|input| input.pointer.any_down());
@@ -271,6 +272,18 @@ impl Panel {
         let mut done = rect;
         done.set_width(rect.width() * share);
         ui.painter().rect_filled(done, 1.5, style::WARM);
+        // A line of its own, there or not, lest the settings below move under the pointer.
+        let told = self
+            .message
+            .as_ref()
+            .filter(|(.., since)| since.elapsed() < MESSAGE);
+        let (text, wrong) = told.map_or(("", false), |(text, wrong, _)| (text.as_str(), *wrong));
+        let color = if wrong { style::FAULT } else { style::WARM };
+        ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).truncate())
+            .on_hover_text(text);
+        if !text.is_empty() {
+            ui.ctx().request_repaint_after(MESSAGE);
+        }
         if facts.saving {
             ui.label(
                 egui::RichText::new("saves when converged")
