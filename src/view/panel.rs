@@ -458,6 +458,8 @@ impl Panel {
             .message
             .as_ref()
             .filter(|(.., since)| since.elapsed() < MESSAGE);
+        // What went well leaves the picture free.
+        let told = told.filter(|(_, wrong, _)| *wrong);
         let (text, wrong) = match (told, fault) {
             (Some((message, wrong, _)), _) => (message, *wrong),
             (None, Some(fault)) => (fault, true),
