@@ -11,8 +11,8 @@ use super::panel::{Panel, PanelPass};
 use super::present::record_textures;
 use super::record_reduce;
 use super::reduce::ReducePass;
-use super::targets::{LightMap, PyramidDesc, overwriting_pass};
-use crate::gpu::{self, Buffer, Device, Image, ImageDesc, Location, Slot, Use, barrier, submit};
+use super::targets::{LightMap, PyramidDesc, image, overwriting_pass};
+use crate::gpu::{self, Buffer, Device, Image, Location, Slot, Use, barrier, submit};
 use crate::scene::pyramid::Atlas;
 
 /// What [`reduce_alone`] has made: whole images, row-major; the fifth component is the fourth
@@ -160,22 +160,12 @@ pub fn compose_alone(device: &Arc<Device>, window: &Window<'_>) -> gpu::Result<V
         false => vk::Format::B8G8R8A8_UNORM,
     };
     use vk::ImageUsageFlags as U;
-    let image = |name, size, format, usage| {
-        Image::new(
-            device,
-            name,
-            ImageDesc {
-                size,
-                format,
-                usage,
-            },
-        )
-    };
     let usage = U::COLOR_ATTACHMENT | U::TRANSFER_SRC;
-    let target = image("window", window.size, format, usage)?;
+    let target = image(device, "window", window.size, format, usage)?;
     let (size, texels) = window.picture;
     let bytes = vk::Format::R8G8B8A8_UNORM;
-    let picture = image("picture", size, bytes, U::SAMPLED | U::TRANSFER_DST)?;
+    let usage = U::SAMPLED | U::TRANSFER_DST;
+    let picture = image(device, "picture", size, bytes, usage)?;
     let data = bytemuck::cast_slice(texels);
     submit::upload_image(device, &picture, data, Use::FRAGMENT_SAMPLE)?;
 

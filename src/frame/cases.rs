@@ -168,10 +168,18 @@ impl Session {
         let covered = radiance.iter().filter(|p| p[3] > 0.0).count();
         let declared = ledger::declared(plan, self.filter());
         let floor = floor.map(|(pass, all)| (pass, median(all)));
+        let costs = self.probe.costs();
+        let fetched = Fetched {
+            plan,
+            declared: &declared,
+            filter: self.filter(),
+            covered: covered as f64,
+            costs: &costs,
+        };
         let passes = passes
             .into_iter()
             .map(|(pass, milliseconds)| {
-                let mut of_pass = self.reads(plan, &declared, &pass, covered as f64);
+                let mut of_pass = fetched.reads(&pass);
                 if let Some((_, floor)) = floor.iter().find(|(of, _)| *of == pass) {
                     of_pass.floor = *floor;
                 }
@@ -193,78 +201,75 @@ impl Session {
             radiance,
         }))
     }
+}
 
-    /// What `pass` reads in a frame, and what that takes by the probe.
-    fn reads(&self, plan: &Plan, declared: &[Declared], pass: &str, covered: f64) -> Pass {
-        reads(
+/// What a frame reads, and what that costs.
+pub struct Fetched<'a> {
+    /// The plan that it draws.
+    pub plan: &'a Plan,
+    /// What the plan declares on a device that filters as `filter`.
+    pub declared: &'a [Declared],
+    /// How the device filters.
+    pub filter: Filter,
+    /// Pixels that it covers.
+    pub covered: f64,
+    /// The prices that a probe has found.
+    pub costs: &'a [FetchCost],
+}
+
+impl Fetched<'_> {
+    /// What the fetches of `pass` alone take, ms; none of a pass that reads nothing that has a price.
+    pub fn floor(&self, pass: &str) -> Option<f64> {
+        self.reads(pass).floor
+    }
+
+    /// What `pass` reads, and what that takes.
+    fn reads(&self, pass: &str) -> Pass {
+        let &Fetched {
             plan,
             declared,
-            pass,
+            filter,
             covered,
-            self.filter(),
-            &self.probe.costs(),
-        )
-    }
-}
-
-/// What the fetches of `pass` alone take in a frame of `plan` that covers so many pixels, by the prices that a probe has
-/// found, ms; none of a pass that reads nothing that has a price.
-pub fn floor(
-    plan: &Plan,
-    declared: &[Declared],
-    pass: &str,
-    covered: f64,
-    filter: Filter,
-    costs: &[FetchCost],
-) -> Option<f64> {
-    reads(plan, declared, pass, covered, filter, costs).floor
-}
-
-fn reads(
-    plan: &Plan,
-    declared: &[Declared],
-    pass: &str,
-    covered: f64,
-    filter: Filter,
-    costs: &[FetchCost],
-) -> Pass {
-    let [width, height] = plan.size.map(f64::from);
-    let mut sum = Pass {
-        pass: String::new(),
-        milliseconds: Vec::new(),
-        fetches: 0.0,
-        bytes: 0.0,
-        floor: None,
-        invocations: None,
-    };
-    for line in declared {
-        if line.pass != pass || line.term == INPUT {
-            continue;
-        }
-        let Some(access) = line.access(filter) else {
-            continue;
+            costs,
+        } = self;
+        let [width, height] = plan.size.map(f64::from);
+        let mut sum = Pass {
+            pass: String::new(),
+            milliseconds: Vec::new(),
+            fetches: 0.0,
+            bytes: 0.0,
+            floor: None,
+            invocations: None,
         };
-        let times = match (line.term, pass) {
-            (TEXEL, _) => texels(plan, line),
-            (_, "resolve") => width * height,
-            // As many as its pixels lie over, but for edges.
-            (_, HALF_SHADE) => covered / f64::from(HALF_SHARE),
-            _ => covered,
-        };
-        let fetches = f64::from(line.per_pixel) * times;
-        sum.fetches += fetches;
-        sum.bytes += fetches * f64::from(access.bytes() * access.texels());
-        let cost = costs.iter().find(|cost| cost.access == access);
-        // The rounds before this case and after it: the machine as it was meanwhile.
-        let cost = cost.and_then(|cost| {
-            let last = cost.nanoseconds.iter().rev().take(2 * ROUNDS as usize);
-            median(last.copied().collect())
-        });
-        if let Some(cost) = cost {
-            *sum.floor.get_or_insert(0.0) += 1e-6 * fetches * cost;
+        for line in declared {
+            if line.pass != pass || line.term == INPUT {
+                continue;
+            }
+            let Some(access) = line.access(filter) else {
+                continue;
+            };
+            let times = match (line.term, pass) {
+                (TEXEL, _) => texels(plan, line),
+                (_, "resolve") => width * height,
+                // As many as its pixels lie over, but for edges.
+                (_, HALF_SHADE) => covered / f64::from(HALF_SHARE),
+                _ => covered,
+            };
+            let fetches = f64::from(line.per_pixel) * times;
+            sum.fetches += fetches;
+            sum.bytes += fetches * f64::from(access.bytes() * access.texels());
+            let cost = costs.iter().find(|cost| cost.access == access);
+            // The rounds before this case and after it: the machine as it was meanwhile.
+            let cost = cost.and_then(|cost| {
+                let last = cost.nanoseconds.iter().rev().take(2 * ROUNDS as usize);
+                median(last.copied().collect())
+            });
+            if let Some(cost) = cost {
+                *sum.floor.get_or_insert(0.0) += 1e-6 * fetches * cost;
+            }
         }
+        sum
     }
-    sum
 }
 
 /// The middle of `values`, or the mean of the two in the middle; none of none.

@@ -120,18 +120,8 @@ fn pipeline(
     sets: &DescriptorSets,
     encodes: bool,
 ) -> gpu::Result<GraphicsPipeline> {
-    let desc = GraphicsDesc {
-        vertex: &shaders::SHADE_VERT,
-        fragment: Some(&shaders::COMPOSE_FRAG),
-        vertices: &[],
-        cull: vk::CullModeFlags::NONE,
-        front: vk::FrontFace::COUNTER_CLOCKWISE,
-        depth: (vk::CompareOp::ALWAYS, false),
-        colors: 1,
-        subpass: 0,
-        constants: &[u32::from(encodes)],
-        blends: false,
-    };
+    let constants = [u32::from(encodes)];
+    let desc = GraphicsDesc::flat(&shaders::SHADE_VERT, &shaders::COMPOSE_FRAG, &constants);
     GraphicsPipeline::new(device, &desc, pass, sets)
 }
 

@@ -68,16 +68,8 @@ impl HistoryPass {
         let onto = |mean| overwriting_pass(device, "history", &[mean, &canvas.display]);
         let targets = [onto(first)?, onto(second)?];
         let desc = GraphicsDesc {
-            vertex: &shaders::SHADE_VERT,
-            fragment: Some(&shader),
-            vertices: &[],
-            cull: vk::CullModeFlags::NONE,
-            front: vk::FrontFace::COUNTER_CLOCKWISE,
-            depth: (vk::CompareOp::ALWAYS, false),
             colors: 2,
-            subpass: 0,
-            constants: &CONSTANTS,
-            blends: false,
+            ..GraphicsDesc::flat(&shaders::SHADE_VERT, &shader, &CONSTANTS)
         };
         // Passes onto either mean are compatible.
         let pipeline = GraphicsPipeline::new(device, &desc, &targets[0], &sets[0])?;

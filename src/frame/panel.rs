@@ -319,17 +319,10 @@ fn pipeline(
     sets: &DescriptorSets,
     encodes: bool,
 ) -> gpu::Result<GraphicsPipeline> {
+    let constants = [u32::from(encodes)];
     let desc = GraphicsDesc {
-        vertex: &shaders::PANEL_VERT,
-        fragment: Some(&shaders::PANEL_FRAG),
-        vertices: &[],
-        cull: vk::CullModeFlags::NONE,
-        front: vk::FrontFace::COUNTER_CLOCKWISE,
-        depth: (vk::CompareOp::ALWAYS, false),
-        colors: 1,
-        subpass: 0,
-        constants: &[u32::from(encodes)],
         blends: true,
+        ..GraphicsDesc::flat(&shaders::PANEL_VERT, &shaders::PANEL_FRAG, &constants)
     };
     GraphicsPipeline::new(device, &desc, pass, sets)
 }

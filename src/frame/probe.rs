@@ -203,18 +203,8 @@ impl Kind {
         let stages = vk::ShaderStageFlags::FRAGMENT;
         let sets = DescriptorSets::new(device, "probe", stages, &[vec![binding]])?;
         let pipeline = |reads| {
-            let desc = GraphicsDesc {
-                vertex: &shaders::SHADE_VERT,
-                fragment: Some(shader),
-                vertices: &[],
-                cull: vk::CullModeFlags::NONE,
-                front: vk::FrontFace::COUNTER_CLOCKWISE,
-                depth: (vk::CompareOp::ALWAYS, false),
-                colors: 1,
-                subpass: 0,
-                constants: &[reads],
-                blends: false,
-            };
+            let constants = [reads];
+            let desc = GraphicsDesc::flat(&shaders::SHADE_VERT, shader, &constants);
             GraphicsPipeline::new(device, &desc, pass, &sets)
         };
         Ok(Kind {

@@ -67,17 +67,10 @@ impl ResolvePass {
         };
         let targets = [onto(first)?, onto(second)?];
         let pipeline = |encode: bool| {
+            let (shader, constants) = (shader(encode), [u32::from(history)]);
             let desc = GraphicsDesc {
-                vertex: &shaders::SHADE_VERT,
-                fragment: Some(&shader(encode)),
-                vertices: &[],
-                cull: vk::CullModeFlags::NONE,
-                front: vk::FrontFace::COUNTER_CLOCKWISE,
-                depth: (vk::CompareOp::ALWAYS, false),
                 colors: 1 + usize::from(encode),
-                subpass: 0,
-                constants: &[u32::from(history)],
-                blends: false,
+                ..GraphicsDesc::flat(&shaders::SHADE_VERT, &shader, &constants)
             };
             // Passes onto either mean are compatible.
             GraphicsPipeline::new(device, &desc, &targets[0][usize::from(encode)], &sets[0])

@@ -157,18 +157,12 @@ impl ShadePass {
                     .collect();
                 let stages = vk::ShaderStageFlags::FRAGMENT;
                 let sets = DescriptorSets::new(device, "shade", stages, &bindings)?;
+                let constants = constants(part, specular);
                 let desc = GraphicsDesc {
-                    vertex: &shaders::SHADE_VERT,
-                    fragment: Some(&shader),
-                    vertices: &[],
-                    cull: vk::CullModeFlags::NONE,
-                    front: vk::FrontFace::COUNTER_CLOCKWISE,
                     // The triangle lies at the far plane: it passes where something is nearer.
                     depth: (vk::CompareOp::GREATER, false),
-                    colors: 1,
                     subpass,
-                    constants: &constants(part, specular),
-                    blends: false,
+                    ..GraphicsDesc::flat(&shaders::SHADE_VERT, &shader, &constants)
                 };
                 Ok(Part {
                     columns: part.columns,

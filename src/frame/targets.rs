@@ -10,6 +10,22 @@ use crate::gpu::{self, Buffer, Device, Image, ImageDesc, Location, RenderPass, U
 use crate::scene::pyramid::Atlas;
 use crate::scene::volume::Volumes;
 
+/// An image of `size` texels, of which nothing is known.
+pub(super) fn image(
+    device: &Arc<Device>,
+    name: &str,
+    size: [u32; 2],
+    format: Format,
+    usage: U,
+) -> gpu::Result<Image> {
+    let desc = ImageDesc {
+        size,
+        format,
+        usage,
+    };
+    Image::new(device, name, desc)
+}
+
 /// The light map: what the light sees.
 pub struct LightMap {
     /// D32 depth, nearest to the light wins.
@@ -63,23 +79,15 @@ impl LightMap {
         size: u32,
         pyramid: Option<&PyramidDesc>,
     ) -> gpu::Result<Self> {
-        let image = |name, format, usage| {
+        let own = |name, format, usage| {
             let usage = usage | U::SAMPLED | U::TRANSFER_SRC;
-            Image::new(
-                device,
-                name,
-                ImageDesc {
-                    size: [size, size],
-                    format,
-                    usage,
-                },
-            )
+            image(device, name, [size, size], format, usage)
         };
         let (moments, pyramid) = match pyramid {
             None => {
                 let format = Format::R32G32B32A32_SFLOAT;
                 let usage = U::COLOR_ATTACHMENT | U::STORAGE;
-                (image("light moments", format, usage)?, None)
+                (own("light moments", format, usage)?, None)
             }
             Some(desc) => {
                 let (moments, pyramid) = Self::with_levels(device, [size, size], desc)?;
@@ -87,7 +95,7 @@ impl LightMap {
             }
         };
         Ok(LightMap {
-            depth: image(
+            depth: own(
                 "light depth",
                 Format::D32_SFLOAT,
                 U::DEPTH_STENCIL_ATTACHMENT,
@@ -105,27 +113,19 @@ impl LightMap {
         desc: &PyramidDesc,
     ) -> gpu::Result<(Image, Pyramid)> {
         let atlas = Atlas::new(size, desc.levels.end() + 1);
-        let image = |name, format, usage| {
+        let own = |name, format, usage| {
             let usage = usage | U::SAMPLED | U::STORAGE | U::TRANSFER_SRC | U::TRANSFER_DST;
-            Image::new(
-                device,
-                name,
-                ImageDesc {
-                    size: atlas.size,
-                    format,
-                    usage,
-                },
-            )
+            image(device, name, atlas.size, format, usage)
         };
         let all = Format::R32G32B32A32_SFLOAT;
-        let moments = image("light moments", all, U::COLOR_ATTACHMENT)?;
-        let smoothed = image("light smoothed", all, U::empty())?;
+        let moments = own("light moments", all, U::COLOR_ATTACHMENT)?;
+        let smoothed = own("light smoothed", all, U::empty())?;
         let one = Format::R32_SFLOAT;
         let fourth = match &desc.fourth {
             Some(levels) => Some(Fourth {
                 levels: levels.clone(),
-                moments: image("light fourth moment", one, U::COLOR_ATTACHMENT)?,
-                smoothed: image("light fourth moment, smoothed", one, U::empty())?,
+                moments: own("light fourth moment", one, U::COLOR_ATTACHMENT)?,
+                smoothed: own("light fourth moment, smoothed", one, U::empty())?,
             }),
             None => None,
         };
@@ -230,17 +230,9 @@ pub struct GBuffer {
 impl GBuffer {
     /// Makes the G-buffer of a picture of `size` pixels; `prefix` begins the names of its images.
     pub fn new(device: &Arc<Device>, prefix: &str, size: [u32; 2]) -> gpu::Result<Self> {
-        let image = |name, format, usage| {
+        let own = |name, format, usage| {
             let usage = usage | U::INPUT_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC;
-            Image::new(
-                device,
-                &format!("{prefix}{name}"),
-                ImageDesc {
-                    size,
-                    format,
-                    usage,
-                },
-            )
+            image(device, &format!("{prefix}{name}"), size, format, usage)
         };
         // SNORM keeps the normal to 2e-5 rad, half floats to 5e-4; the latter always exist.
         let normal = if device.candidate().snorm_normals {
@@ -249,18 +241,18 @@ impl GBuffer {
             Format::R16G16_SFLOAT
         };
         Ok(GBuffer {
-            back: image(
+            back: own(
                 "back depth",
                 Format::D32_SFLOAT,
                 U::DEPTH_STENCIL_ATTACHMENT,
             )?,
-            depth: image(
+            depth: own(
                 "view depth",
                 Format::D32_SFLOAT,
                 U::DEPTH_STENCIL_ATTACHMENT,
             )?,
-            back_normal: image("back normal", normal, U::COLOR_ATTACHMENT)?,
-            normal: image("view normal", normal, U::COLOR_ATTACHMENT)?,
+            back_normal: own("back normal", normal, U::COLOR_ATTACHMENT)?,
+            normal: own("view normal", normal, U::COLOR_ATTACHMENT)?,
         })
     }
 }
@@ -268,14 +260,12 @@ impl GBuffer {
 /// RG32F motion: where the surface of a pixel was in the frame before, minus where it is, pixels; 0 where there is none.
 /// Half floats would be a quarter of a pixel off beyond 512 pixels, as things move in pictures 16384 wide.
 pub fn motion(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Image> {
-    Image::new(
+    image(
         device,
         "motion",
-        ImageDesc {
-            size,
-            format: Format::R32G32_SFLOAT,
-            usage: U::COLOR_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC,
-        },
+        size,
+        Format::R32G32_SFLOAT,
+        U::COLOR_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC,
     )
 }
 
@@ -292,27 +282,19 @@ pub struct Canvas {
 impl Canvas {
     /// Makes the images of a picture of `size` pixels.
     pub fn new(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Self> {
-        let image = |name, format, usage| {
+        let own = |name, format, usage| {
             let usage = usage | U::COLOR_ATTACHMENT | U::TRANSFER_SRC;
-            Image::new(
-                device,
-                name,
-                ImageDesc {
-                    size,
-                    format,
-                    usage,
-                },
-            )
+            image(device, name, size, format, usage)
         };
         let float = Format::R32G32B32A32_SFLOAT;
         Ok(Canvas {
             // `exact` adds to it in compute.
-            radiance: image("radiance", float, U::SAMPLED | U::STORAGE)?,
+            radiance: own("radiance", float, U::SAMPLED | U::STORAGE)?,
             means: [
-                image("mean 0", float, U::SAMPLED)?,
-                image("mean 1", float, U::SAMPLED)?,
+                own("mean 0", float, U::SAMPLED)?,
+                own("mean 1", float, U::SAMPLED)?,
             ],
-            display: image("display", Format::R8G8B8A8_UNORM, U::SAMPLED)?,
+            display: own("display", Format::R8G8B8A8_UNORM, U::SAMPLED)?,
         })
     }
 }
@@ -320,14 +302,12 @@ impl Canvas {
 /// RGBA32F linear radiance of what is scattered, and its distance along the optical axis, 0 where
 /// nothing is seen, in a picture of `size` pixels.
 pub fn scattered(device: &Arc<Device>, size: [u32; 2]) -> gpu::Result<Image> {
-    Image::new(
+    image(
         device,
         "half radiance",
-        ImageDesc {
-            size,
-            format: Format::R32G32B32A32_SFLOAT,
-            usage: U::COLOR_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC,
-        },
+        size,
+        Format::R32G32B32A32_SFLOAT,
+        U::COLOR_ATTACHMENT | U::SAMPLED | U::TRANSFER_SRC,
     )
 }
 

@@ -448,6 +448,25 @@ pub struct GraphicsDesc<'a> {
     pub blends: bool,
 }
 
+impl<'a> GraphicsDesc<'a> {
+    /// Draws triangles whose corners the vertex shader makes up, in place of whatever the one colour attachment of the
+    /// first subpass holds, without a depth.
+    pub fn flat(vertex: &'a Shader, fragment: &'a Shader, constants: &'a [u32]) -> Self {
+        GraphicsDesc {
+            vertex,
+            fragment: Some(fragment),
+            vertices: &[],
+            cull: vk::CullModeFlags::NONE,
+            front: vk::FrontFace::COUNTER_CLOCKWISE,
+            depth: (vk::CompareOp::ALWAYS, false),
+            colors: 1,
+            subpass: 0,
+            constants,
+            blends: false,
+        }
+    }
+}
+
 /// A graphics pipeline with dynamic viewport and scissor.
 pub struct GraphicsPipeline {
     pub(crate) raw: vk::Pipeline,

@@ -12,7 +12,9 @@ use super::timing::Timing;
 use super::worker::Worker;
 use crate::gpu::PresentMode;
 use crate::scene::{Deformer, Method, Scattering, Viewpoint};
-use egui::{Align2, Color32, CursorIcon, Key, PointerButton, Rect, Sense, Stroke, Ui, pos2, vec2};
+use egui::{
+    Align2, Color32, CursorIcon, Key, PointerButton, Rect, Response, Sense, Stroke, Ui, pos2, vec2,
+};
 use glam::DVec2;
 use std::time::{Duration, Instant};
 
@@ -127,6 +129,13 @@ impl Panel {
         self.fresh = true;
     }
 
+    /// What was said last, unless that was long ago, and whether it tells what went wrong.
+    fn told(&self) -> Option<(&String, bool)> {
+        let message = self.message.as_ref();
+        let told = message.filter(|(.., since)| since.elapsed() < MESSAGE);
+        told.map(|(text, wrong, _)| (text, *wrong))
+    }
+
     /// Lays everything out, and does what was asked.
     pub fn show(&mut self, ui: &mut Ui, session: &mut Session, facts: &Facts<'_>) {
         self.play(session);
@@ -157,7 +166,7 @@ impl Panel {
             self.show_viewport(ui, session);
             // The panel tells faults; without one, they stand here.
             if !roomy {
-                self.show_message(ui, self.viewport, session.fault.as_ref());
+                self.show_fault(ui, self.viewport, session.fault.as_ref());
             }
         });
         // What is dragged in the panel moves, too.
@@ -273,11 +282,9 @@ impl Panel {
         done.set_width(rect.width() * share);
         ui.painter().rect_filled(done, 1.5, style::WARM);
         // A line of its own, there or not, lest the settings below move under the pointer.
-        let told = self
-            .message
-            .as_ref()
-            .filter(|(.., since)| since.elapsed() < MESSAGE);
-        let (text, wrong) = told.map_or(("", false), |(text, wrong, _)| (text.as_str(), *wrong));
+        let (text, wrong) = self
+            .told()
+            .map_or(("", false), |(text, wrong)| (text.as_str(), wrong));
         let color = if wrong { style::FAULT } else { style::WARM };
         ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).truncate())
             .on_hover_text(text);
@@ -390,58 +397,11 @@ impl Panel {
         let divided = self.look.is_plain() && self.show_divider(ui, rect, session);
         // In a long frame the button may have gone up again: what it has moved before counts.
         if (response.dragged() || response.drag_stopped()) && !divided && !chooses {
-            let held = |button| response.dragged_by(button) || response.drag_stopped_by(button);
-            let (by, modifiers, light) = ui.input(|input| {
-                (
-                    input.pointer.delta(),
-                    input.modifiers,
-                    input.key_down(Key::L),
-                )
-            });
-            let by = DVec2::new(f64::from(by.x), f64::from(by.y));
-            if held(PointerButton::Secondary) || modifiers.ctrl || light {
-                session.wanted.animation.light_keys = None;
-                session.wanted.light = orbit::turned_light(&session.wanted.light, by);
-            } else if held(PointerButton::Middle) || modifiers.shift {
-                let height = f64::from(rect.height());
-                self.steer(session, orbit::panned(session.camera(), by, height));
-            } else {
-                self.steer(session, orbit::turned(session.camera(), by));
-            }
+            self.drag(ui, &response, session);
             self.dragging = true;
         }
         if response.hovered() {
-            let (scroll, zoom, modifiers, notched) = ui.input(|input| {
-                let notched = input.events.iter().any(|event| {
-                    matches!(event, egui::Event::MouseWheel { unit, .. } if *unit != egui::MouseWheelUnit::Point)
-                });
-                (input.smooth_scroll_delta(), input.zoom_delta(), input.modifiers, notched)
-            });
-            let radius = session.plan().radius();
-            // A wheel zooms, as a pinch does; two fingers on a trackpad turn, or with shift move.
-            self.controls.wheel = notched || (self.controls.wheel && scroll != egui::Vec2::ZERO);
-            let pinched = (f64::from(zoom) - 1.0).abs() > 1e-4;
-            let by = DVec2::new(f64::from(scroll.x), f64::from(scroll.y));
-            let steered = if pinched {
-                Some(orbit::zoomed(session.camera(), f64::from(zoom), radius))
-            } else if by == DVec2::ZERO {
-                None
-            } else if self.controls.wheel {
-                let factor = (0.004 * (by.x + by.y)).exp();
-                Some(orbit::zoomed(session.camera(), factor, radius))
-            } else if modifiers.shift {
-                Some(orbit::panned(
-                    session.camera(),
-                    by,
-                    f64::from(rect.height()),
-                ))
-            } else {
-                Some(orbit::turned(session.camera(), by))
-            };
-            if let Some(steered) = steered {
-                self.steer(session, steered);
-                self.moved = Some(Instant::now());
-            }
+            self.scroll(ui, rect, session);
         }
         if response.double_clicked() {
             self.frame_all(session);
@@ -452,23 +412,70 @@ impl Panel {
         }
     }
 
-    /// What was done, or went wrong, over the picture's lower edge for a while.
-    fn show_message(&mut self, ui: &Ui, rect: Rect, fault: Option<&String>) {
-        let told = self
-            .message
-            .as_ref()
-            .filter(|(.., since)| since.elapsed() < MESSAGE);
-        // What went well leaves the picture free.
-        let told = told.filter(|(_, wrong, _)| *wrong);
-        let (text, wrong) = match (told, fault) {
-            (Some((message, wrong, _)), _) => (message, *wrong),
-            (None, Some(fault)) => (fault, true),
-            (None, None) => {
-                self.message = None;
-                return;
-            }
+    /// Turns or moves what is dragged on the picture.
+    fn drag(&mut self, ui: &Ui, response: &Response, session: &mut Session) {
+        let held = |button| response.dragged_by(button) || response.drag_stopped_by(button);
+        let (by, modifiers, light) = ui.input(|input| {
+            (
+                input.pointer.delta(),
+                input.modifiers,
+                input.key_down(Key::L),
+            )
+        });
+        let by = DVec2::new(f64::from(by.x), f64::from(by.y));
+        if held(PointerButton::Secondary) || modifiers.ctrl || light {
+            session.wanted.animation.light_keys = None;
+            session.wanted.light = orbit::turned_light(&session.wanted.light, by);
+        } else if held(PointerButton::Middle) || modifiers.shift {
+            let height = f64::from(response.rect.height());
+            self.steer(session, orbit::panned(session.camera(), by, height));
+        } else {
+            self.steer(session, orbit::turned(session.camera(), by));
+        }
+    }
+
+    /// Zooms, turns or moves as wheel and trackpad ask.
+    fn scroll(&mut self, ui: &Ui, rect: Rect, session: &mut Session) {
+        let (scroll, zoom, modifiers, notched) = ui.input(|input| {
+                let notched = input.events.iter().any(|event| {
+                    matches!(event, egui::Event::MouseWheel { unit, .. } if *unit != egui::MouseWheelUnit::Point)
+                });
+                (input.smooth_scroll_delta(), input.zoom_delta(), input.modifiers, notched)
+            });
+        let radius = session.plan().radius();
+        // A wheel zooms, as a pinch does; two fingers on a trackpad turn, or with shift move.
+        self.controls.wheel = notched || (self.controls.wheel && scroll != egui::Vec2::ZERO);
+        let pinched = (f64::from(zoom) - 1.0).abs() > 1e-4;
+        let by = DVec2::new(f64::from(scroll.x), f64::from(scroll.y));
+        let steered = if pinched {
+            Some(orbit::zoomed(session.camera(), f64::from(zoom), radius))
+        } else if by == DVec2::ZERO {
+            None
+        } else if self.controls.wheel {
+            let factor = (0.004 * (by.x + by.y)).exp();
+            Some(orbit::zoomed(session.camera(), factor, radius))
+        } else if modifiers.shift {
+            Some(orbit::panned(
+                session.camera(),
+                by,
+                f64::from(rect.height()),
+            ))
+        } else {
+            Some(orbit::turned(session.camera(), by))
         };
-        let color = if wrong { style::FAULT } else { style::WARM };
+        if let Some(steered) = steered {
+            self.steer(session, steered);
+            self.moved = Some(Instant::now());
+        }
+    }
+
+    /// What went wrong, over the picture's lower edge for a while; what went well leaves the picture free.
+    fn show_fault(&self, ui: &Ui, rect: Rect, fault: Option<&String>) {
+        let told = self.told().filter(|(_, wrong)| *wrong);
+        let Some(text) = told.map(|(text, _)| text).or(fault) else {
+            return;
+        };
+        let color = style::FAULT;
         let font = egui::FontId::proportional(13.0);
         let width = (rect.width() - 40.0).max(80.0);
         let galley = ui.painter().layout(text.clone(), font, color, width);

@@ -688,15 +688,21 @@ impl Session {
         let passes = stage.renderer.last_passes().into_iter();
         let [width, height] = stage.plan.size.map(f64::from);
         let covered = covered * width * height;
+        let fetched = frame::cases::Fetched {
+            plan: &stage.plan,
+            declared: &declared,
+            filter,
+            covered,
+            costs: &prices,
+        };
         let costs = passes.map(|(pass, milliseconds, _)| {
-            let floor = frame::cases::floor(&stage.plan, &declared, pass, covered, filter, &prices);
+            let floor = fetched.floor(pass);
             let lines = declared.iter().filter(|line| line.pass == pass);
-            let fetched =
-                lines.filter(|line| ledger::counts(line.term) || line.term == ledger::TEXEL);
+            let read = lines.filter(|line| ledger::counts(line.term) || line.term == ledger::TEXEL);
             Cost {
                 pass,
                 milliseconds,
-                fetches: fetched.map(|line| line.per_pixel).sum(),
+                fetches: read.map(|line| line.per_pixel).sum(),
                 over_floor: floor.map(|floor| milliseconds / floor),
             }
         });

@@ -125,7 +125,7 @@ impl ApplicationHandler<Wake> for App<'_> {
         let Some(running) = &mut self.running else {
             return;
         };
-        match running.handle(event_loop, &event) {
+        match running.handle(&event) {
             Ok(true) => {}
             Ok(false) => self.end(event_loop, None),
             Err(fault) => self.end(event_loop, Some(fault)),
@@ -261,12 +261,12 @@ impl Running {
     }
 
     /// Takes an event in; false closes the window.
-    fn handle(&mut self, event_loop: &ActiveEventLoop, event: &WindowEvent) -> Result<bool, Error> {
+    fn handle(&mut self, event: &WindowEvent) -> Result<bool, Error> {
         let response = self.egui.on_window_event(&self.window, event);
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => return Ok(false),
             WindowEvent::RedrawRequested => {
-                return self.redraw(event_loop).map(|()| !self.panel.quits);
+                return self.redraw().map(|()| !self.panel.quits);
             }
             WindowEvent::Resized(size) => {
                 self.presenter.resize((*size).into());
@@ -292,56 +292,14 @@ impl Running {
         Ok(true)
     }
 
-    fn redraw(&mut self, _: &ActiveEventLoop) -> Result<(), Error> {
+    fn redraw(&mut self) -> Result<(), Error> {
         let start = Instant::now();
         self.presenter.resize(self.window.inner_size().into());
-        let device = Arc::clone(self.session.device());
-        let instance = device.instance();
-        for message in instance.take_messages() {
-            tracing::warn!("validation: {message}");
-            self.messages.push(message);
-        }
-
-        if self.watcher.as_ref().is_some_and(Watcher::changed) {
-            tracing::info!("the shaders have changed");
-            self.session.reload();
-        }
-        self.panel.hear(&mut self.worker, &mut self.session);
-
+        self.hear();
         // The panel first: it says what is wanted, and where the picture has its place.
-        let input = self.egui.take_egui_input(&self.window);
-        let facts = Facts {
-            timing: &self.timing,
-            costs: self.session.costs(),
-            compose: self.presenter.milliseconds(),
-            mode: self.presenter.mode(),
-            messages: &self.messages,
-            validation: instance.validation(),
-            saving: self.saving,
-        };
-        let (panel, session) = (&mut self.panel, &mut self.session);
-        let output = self
-            .context
-            .run_ui(input, |ui| panel.show(ui, session, &facts));
-        self.egui
-            .handle_platform_output(&self.window, output.platform_output);
-        let scale = output.pixels_per_point;
-        let triangles = self.context.tessellate(output.shapes, scale);
-        let size: [u32; 2] = self.window.inner_size().into();
-        let mut triangles = paint::panel(output.textures_delta, triangles, scale, size);
-        // What a whole texture takes the place of is not copied any more.
-        let whole = |old: &drawn::Texels| {
-            let mut new = triangles.new.iter();
-            new.any(|new| new.texture == old.texture && new.origin.is_none())
-        };
-        self.carried.new.retain(|old| !whole(old));
-        triangles
-            .new
-            .splice(0..0, std::mem::take(&mut self.carried.new));
-        triangles.gone.append(&mut self.carried.gone);
-        // Whoever asks again does not want it any more.
-        self.saving ^= std::mem::take(&mut self.panel.saves);
+        let (triangles, repaint) = self.lay_out();
 
+        let (scale, size) = (triangles.scale, self.window.inner_size().into());
         let [x, y, width, height] = paint::pixels(self.panel.viewport(), scale, size);
         let visible = width > 0 && height > 0;
         if visible {
@@ -374,10 +332,6 @@ impl Running {
         }
         let news = self.panel.ask(&mut self.worker, &self.session);
 
-        let repaint = output
-            .viewport_output
-            .get(&egui::ViewportId::ROOT)
-            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
         let now = Instant::now();
         let settled = self.session.settled();
         self.next = if drawn == Drawn::Skipped {
@@ -405,6 +359,61 @@ impl Running {
             picture: draws,
         });
         Ok(())
+    }
+
+    /// Takes in what was said elsewhere since the last frame.
+    fn hear(&mut self) {
+        for message in self.session.device().instance().take_messages() {
+            tracing::warn!("validation: {message}");
+            self.messages.push(message);
+        }
+        if self.watcher.as_ref().is_some_and(Watcher::changed) {
+            tracing::info!("the shaders have changed");
+            self.session.reload();
+        }
+        self.panel.hear(&mut self.worker, &mut self.session);
+    }
+
+    /// Lays the panel out, and does what was asked of it; what of it is drawn, and when it wants to be laid out again.
+    fn lay_out(&mut self) -> (drawn::Panel, Duration) {
+        let input = self.egui.take_egui_input(&self.window);
+        let device = Arc::clone(self.session.device());
+        let facts = Facts {
+            timing: &self.timing,
+            costs: self.session.costs(),
+            compose: self.presenter.milliseconds(),
+            mode: self.presenter.mode(),
+            messages: &self.messages,
+            validation: device.instance().validation(),
+            saving: self.saving,
+        };
+        let (panel, session) = (&mut self.panel, &mut self.session);
+        let output = self
+            .context
+            .run_ui(input, |ui| panel.show(ui, session, &facts));
+        self.egui
+            .handle_platform_output(&self.window, output.platform_output);
+        let scale = output.pixels_per_point;
+        let triangles = self.context.tessellate(output.shapes, scale);
+        let size: [u32; 2] = self.window.inner_size().into();
+        let mut triangles = paint::panel(output.textures_delta, triangles, scale, size);
+        // What a whole texture takes the place of is not copied any more.
+        let whole = |old: &drawn::Texels| {
+            let mut new = triangles.new.iter();
+            new.any(|new| new.texture == old.texture && new.origin.is_none())
+        };
+        self.carried.new.retain(|old| !whole(old));
+        triangles
+            .new
+            .splice(0..0, std::mem::take(&mut self.carried.new));
+        triangles.gone.append(&mut self.carried.gone);
+        // Whoever asks again does not want it any more.
+        self.saving ^= std::mem::take(&mut self.panel.saves);
+        let repaint = output
+            .viewport_output
+            .get(&egui::ViewportId::ROOT)
+            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        (triangles, repaint)
     }
 
     /// Saves the picture, if that was asked for and it is whole.

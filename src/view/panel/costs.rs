@@ -46,19 +46,38 @@ fn text(ui: &Ui, at: egui::Pos2, align: Align2, words: &str, font: FontId, color
     ui.painter().text(at, align, words, font, color);
 }
 
+/// What a part of the strip is.
+fn show_head(ui: &Ui, rect: Rect, words: &str) {
+    let at = rect.left_top();
+    text(
+        ui,
+        at,
+        Align2::LEFT_TOP,
+        words,
+        style::heading(),
+        style::DIM,
+    );
+}
+
+/// What it adds up to.
+fn show_foot(ui: &Ui, rect: Rect, words: &str) {
+    let at = rect.left_bottom();
+    text(
+        ui,
+        at,
+        Align2::LEFT_BOTTOM,
+        words,
+        style::numbers(),
+        style::DIM,
+    );
+}
+
 fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
     let small = style::heading();
     let bar_width = (rect.width() - NUMBERS - BAR).max(20.0);
     let right = rect.left() + BAR + bar_width;
     let heads = [(58.0, "ms"), (104.0, "fetches"), (176.0, "× floor")];
-    text(
-        ui,
-        rect.left_top(),
-        Align2::LEFT_TOP,
-        "DEVICE TIME",
-        small.clone(),
-        style::DIM,
-    );
+    show_head(ui, rect, "DEVICE TIME");
     for (at, head) in heads {
         text(
             ui,
@@ -138,14 +157,7 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
         "{sum:.1} ms   {} fetches a pixel   {width} × {height}   {triangles} triangles",
         session.fetches()
     );
-    text(
-        ui,
-        rect.left_bottom(),
-        Align2::LEFT_BOTTOM,
-        &words,
-        style::numbers(),
-        style::DIM,
-    );
+    show_foot(ui, rect, &words);
 }
 
 /// The last frames of the window, each a line as long as it took.
@@ -153,14 +165,7 @@ fn show_plot(ui: &Ui, rect: Rect, facts: &Facts<'_>) {
     let small = style::heading();
     let mode = facts.mode.map_or("", |mode| mode.name());
     let head = format!("FRAMES OF THE WINDOW   {mode}");
-    text(
-        ui,
-        rect.left_top(),
-        Align2::LEFT_TOP,
-        &head,
-        small.clone(),
-        style::DIM,
-    );
+    show_head(ui, rect, &head);
     let plot = Rect::from_min_max(
         pos2(rect.left(), rect.top() + 18.0),
         pos2(rect.right() - 30.0, rect.bottom() - 16.0),
@@ -219,12 +224,5 @@ fn show_plot(ui: &Ui, rect: Rect, facts: &Facts<'_>) {
         .median(30)
         .map_or(String::new(), |ms| format!("median {ms:.1} ms   "));
     let words = format!("{median}longest {:.0} ms", facts.timing.longest);
-    text(
-        ui,
-        rect.left_bottom(),
-        Align2::LEFT_BOTTOM,
-        &words,
-        style::numbers(),
-        style::DIM,
-    );
+    show_foot(ui, rect, &words);
 }
