@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use common::device::{self, set};
 use common::program::{folder, marmor, run};
+use common::shaders;
 use image::{RgbImage, RgbaImage};
 use marmor::cpu::compose::Composed;
 use marmor::cpu::resolve::encode_srgb;
@@ -462,6 +463,52 @@ fn what_moves_plays() {
         assert!(close.status().expect("python runs").success());
     });
     assert!(frames >= 4, "{frames} frames");
+}
+
+#[test]
+fn shaders_of_the_window_reload_as_those_of_the_picture_do() {
+    if !device::present() {
+        return;
+    }
+    let Some(display) = Display::open("480x320x24") else {
+        return;
+    };
+    let folder = folder();
+    let folder = folder.path();
+    let copy = shaders::copy();
+    let watched = copy.path().to_str().expect("a path");
+    let arguments = ["statue-1k", "--frames-averaged", "2", "--window", "480x320"];
+    let mut viewer = Viewer::open(
+        &display,
+        folder,
+        &[&arguments[..], &["--watch", watched]].concat(),
+    );
+    viewer.whole();
+    let screen_turns = |wanted: &dyn Fn([u8; 3]) -> bool| {
+        let start = Instant::now();
+        // Beside the object, where nothing is written.
+        while !wanted(display.capture(folder).get_pixel(3, 3).0) {
+            assert!(start.elapsed() < PATIENCE, "the screen stays as it is");
+        }
+    };
+    let backdrop = BACKDROP.map(|value| (255.0 * encode_srgb(f64::from(value))).round() as u8);
+    screen_turns(&|pixel| pixel == backdrop);
+    // An error is told, and what was there draws on.
+    let (end, wrong) = ("stored(color), 1.0", "stored(colour), 1.0");
+    shaders::replace(copy.path(), "compose.frag", end, wrong);
+    viewer.wait("compose.frag:23: error: 'colour'");
+    assert_eq!(display.capture(folder).get_pixel(3, 3).0, backdrop);
+    let red = "vec3(1.0, 0.0, 0.0), 1.0";
+    shaders::replace(copy.path(), "compose.frag", wrong, red);
+    screen_turns(&|pixel| pixel == [255, 0, 0]);
+    shaders::replace(copy.path(), "compose.frag", red, end);
+    screen_turns(&|pixel| pixel == backdrop);
+    // Those of the picture as well.
+    let encoded = "vec4(encode_srgb(clamp(color, 0.0, 1.0)), alpha)";
+    let green = "vec4(0.0, 1.0, 0.0, 1.0)";
+    shaders::replace(copy.path(), "resolve.frag", encoded, green);
+    screen_turns(&|pixel| pixel == [0, 255, 0]);
+    viewer.end(|viewer| viewer.key("ctrl+q"));
 }
 
 /// What a dropped file does, which nothing here can drop.

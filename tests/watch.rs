@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use common::device::{TestDevice, device};
+use common::shaders::{copy, replace};
 use marmor::frame::watch::{Watcher, compiled};
 use marmor::frame::{Error, Renderer, Setup, Shaders, shaders};
 use marmor::gpu;
@@ -20,22 +21,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 fn own() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders")
-}
-
-/// A copy of the shaders that a test may spoil.
-fn copy() -> tempfile::TempDir {
-    let copy = tempfile::tempdir().expect("a folder");
-    for (name, text) in shaders::SOURCES {
-        fs::write(copy.path().join(name), text).expect("a copy");
-    }
-    copy
-}
-
-fn replace(folder: &Path, file: &str, before: &str, after: &str) {
-    let path = folder.join(file);
-    let text = fs::read_to_string(&path).expect("a shader");
-    assert!(text.contains(before), "{file} has no {before:?}");
-    fs::write(&path, text.replace(before, after)).expect("a changed shader");
 }
 
 fn watch(folder: &Path) -> Watcher {

@@ -126,6 +126,25 @@ impl Presenter {
             .transpose()
     }
 
+    /// Makes the pipelines anew, from the shaders as they are. Of those that fail the old ones stay.
+    ///
+    /// # Errors
+    /// [`gpu::Error::Shader`] among others.
+    pub fn reload(&mut self) -> gpu::Result<()> {
+        // Of frames that draw with the pipelines, before these go.
+        for slot in &self.slots {
+            slot.wait()?;
+        }
+        if let Some(drawing) = &mut self.drawing
+            && let Some(target) = drawing.targets.first()
+        {
+            let encodes = encodes(drawing.format);
+            drawing.compose.retarget(target, encodes)?;
+            drawing.panel.retarget(target, encodes)?;
+        }
+        Ok(())
+    }
+
     /// Draws a frame of the window: the picture that `renderer` has drawn last, in columns and rows `place` (x, y, width,
     /// height; pixels), over `backdrop` (linear RGB), and over both the panel. It waits for the last frame but one, and
     /// for the display to hand over an image.

@@ -2,12 +2,14 @@
 //!
 //! - [`session`]: what is drawn, and by which renderer
 //! - `window`: the system's window, its events and its frames
+//! - `events`: its events, as the panel can take them in
 //! - `panel`: what stands beside the picture
 //! - [`lens`]: what is looked at in its place: the images that it is made of, fetches, errors
 //! - [`worker`]: what takes too long for a frame of the window, and [`region`], the error of a rectangle
 //! - [`orbit`]: what a drag does to camera and light
 //! - `save`: the picture as files that `marmor render` reproduces
 
+mod events;
 pub mod lens;
 pub mod orbit;
 pub mod paint;

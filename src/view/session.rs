@@ -588,26 +588,26 @@ impl Session {
             self.fault = None;
         }
         self.broken = None;
-        for (slot, live) in [(&mut self.still, false), (&mut self.draft, true)] {
-            if let Some(plan) = slot.as_ref().map(|stage| stage.plan.clone()) {
-                let new = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
-                if new.is_some() {
-                    *slot = new;
-                }
-            }
-        }
+        let mut anew = |old: &Option<Stage>, live| match old {
+            Some(old) => Stage::new(&self.options, &self.device, presenter, &old.plan, live),
+            None => Ok(None),
+        };
+        let (still, draft) = (anew(&self.still, false)?, anew(&self.draft, true)?);
+        presenter.reload()?;
+        // All or none, lest one that has not drawn yet be shown.
+        self.still = still.or(self.still.take());
+        self.draft = draft.or(self.draft.take());
         Ok(())
     }
 
     fn shown(&mut self) -> Option<&mut Stage> {
-        let draft = matches!(self.phase, Phase::Draft(_));
-        match draft {
-            true => self.draft.as_mut().or(self.still.as_mut()),
-            false => self
-                .still
-                .as_mut()
-                .filter(|stage| stage.frames > 0)
-                .or(self.draft.as_mut()),
+        // One that has drawn nothing yet has nothing to show.
+        let drawn = |stage: &&mut Stage| stage.frames > 0;
+        let still = self.still.as_mut().filter(drawn);
+        let draft = self.draft.as_mut().filter(drawn);
+        match self.phase {
+            Phase::Draft(_) => draft.or(still),
+            Phase::Still(..) => still.or(draft),
         }
     }
 
@@ -663,8 +663,7 @@ impl Session {
     /// # Errors
     /// What the device says.
     pub fn intermediate(&mut self, target: frame::Target) -> Result<Option<Intermediate>, Error> {
-        // One that has drawn nothing yet holds nothing.
-        let Some(stage) = self.shown().filter(|stage| stage.frames > 0) else {
+        let Some(stage) = self.shown() else {
             return Ok(None);
         };
         let texels = stage.renderer.read(target)?;

@@ -4,7 +4,7 @@ use super::panel::{Facts, Panel};
 use super::session::{Loaded, Phase, Session};
 use super::timing::{Frame, Timing};
 use super::worker::Worker;
-use super::{Error, Settings, Summary, paint, save, style};
+use super::{Error, Settings, Summary, events, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
 use crate::frame::watch::Watcher;
 use crate::frame::{self, Options, panel as drawn};
@@ -169,6 +169,8 @@ struct Running {
     next: Next,
     // When something last happened in the window.
     touched: Instant,
+    // What the next frame takes in.
+    later: Vec<egui::Event>,
     // Of a frame that was skipped: textures of the panel that are still to come, and to go.
     carried: drawn::Panel,
     messages: Vec<String>,
@@ -237,6 +239,7 @@ impl Running {
             timing: Timing::default(),
             next: Next::Now,
             touched: Instant::now(),
+            later: Vec::new(),
             carried: drawn::Panel::default(),
             messages: Vec::new(),
             saves: settings.saves.clone(),
@@ -339,6 +342,7 @@ impl Running {
         } else if moving
             || news
             || repaint.is_zero()
+            || !self.later.is_empty()
             || std::mem::take(&mut self.panel.fresh)
             || told != (self.session.phase(), self.session.fault.clone())
         {
@@ -376,7 +380,9 @@ impl Running {
 
     /// Lays the panel out, and does what was asked of it; what of it is drawn, and when it wants to be laid out again.
     fn lay_out(&mut self) -> (drawn::Panel, Duration) {
-        let input = self.egui.take_egui_input(&self.window);
+        let mut input = self.egui.take_egui_input(&self.window);
+        input.events.splice(0..0, std::mem::take(&mut self.later));
+        self.later = events::split(&mut input.events);
         let device = Arc::clone(self.session.device());
         let facts = Facts {
             timing: &self.timing,

@@ -5,4 +5,5 @@ pub mod device;
 pub mod media;
 pub mod program;
 pub mod random;
+pub mod shaders;
 pub mod shapes;

@@ -1,0 +1,124 @@
+//! Events of the pointer, one after another.
+//!
+//! egui looks once a pass where the pointer is and whether its button is down. While a picture is drawn a hand can do more
+//! than that: of a button that goes down, is dragged and goes up again within one long frame, egui would see nothing, and
+//! take a press for one at the place to which the pointer went on afterwards.
+
+use egui::Event;
+
+/// Leaves in `events` what a single pass can take in: moves of the pointer, or one change of its buttons, and all that is
+/// neither. Returns the others, which later passes take in.
+pub fn split(events: &mut Vec<Event>) -> Vec<Event> {
+    // Whether the last event of the pointer was one of its buttons.
+    let mut button = None;
+    let ends = |event: &Event| {
+        let now = match event {
+            Event::PointerButton { .. } => true,
+            Event::PointerMoved(_) | Event::PointerGone => false,
+            _ => return false,
+        };
+        button.replace(now).is_some_and(|before| before || now)
+    };
+    let end = events.iter().position(ends).unwrap_or(events.len());
+    events.split_off(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Modifiers, PointerButton, pos2};
+
+    fn moved(x: f32) -> Event {
+        Event::PointerMoved(pos2(x, 0.0))
+    }
+
+    fn button(x: f32, pressed: bool) -> Event {
+        Event::PointerButton {
+            pos: pos2(x, 0.0),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        }
+    }
+
+    #[test]
+    fn a_pass_sees_one_button() {
+        let text = || Event::Text("a".to_owned());
+        let all = [
+            vec![text(), moved(0.0), moved(1.0), text()],
+            vec![button(1.0, true), text()],
+            vec![moved(2.0), moved(3.0)],
+            vec![button(3.0, false)],
+            vec![button(3.0, true)],
+            vec![button(3.0, false), text()],
+            vec![Event::PointerGone],
+        ];
+        let mut events = all.concat();
+        for pass in all {
+            let rest = split(&mut events);
+            assert_eq!(events, pass);
+            events = rest;
+        }
+        assert!(events.is_empty());
+        assert!(split(&mut events).is_empty());
+    }
+
+    /// What a widget makes of events that came within one frame.
+    fn dragged(events: Vec<Event>, split_up: bool) -> (egui::Vec2, u32) {
+        let context = egui::Context::default();
+        let (mut by, mut clicks) = (egui::Vec2::ZERO, 0);
+        let mut pass = |events: Vec<Event>| {
+            let input = egui::RawInput {
+                screen_rect: Some(egui::Rect::from_min_size(
+                    pos2(0.0, 0.0),
+                    egui::vec2(200.0, 50.0),
+                )),
+                events,
+                ..Default::default()
+            };
+            let _ = context.run_ui(input, |ui| {
+                let sense = egui::Sense::click_and_drag();
+                let rect = egui::Rect::from_min_size(pos2(0.0, 0.0), egui::vec2(100.0, 50.0));
+                let response = ui.interact(rect, egui::Id::new("left"), sense);
+                if response.dragged() || response.drag_stopped() {
+                    by += ui.input(|input| input.pointer.delta());
+                }
+                clicks += u32::from(response.clicked());
+            });
+        };
+        // What is laid out first can be pointed at.
+        pass(vec![moved(10.0)]);
+        let mut events = events;
+        while !events.is_empty() {
+            let rest = if split_up {
+                split(&mut events)
+            } else {
+                Vec::new()
+            };
+            pass(std::mem::replace(&mut events, rest));
+        }
+        pass(Vec::new());
+        (by, clicks)
+    }
+
+    #[test]
+    fn a_drag_within_a_frame_is_one() {
+        let drag = || {
+            vec![
+                button(10.0, true),
+                moved(40.0),
+                moved(60.0),
+                button(60.0, false),
+                moved(90.0),
+            ]
+        };
+        assert_eq!(dragged(drag(), true), (egui::vec2(50.0, 0.0), 0));
+        // What all this is for.
+        assert_ne!(dragged(drag(), false).0, egui::vec2(50.0, 0.0));
+        // One that ends beside the widget began on it.
+        let beyond = vec![button(10.0, true), moved(150.0), button(150.0, false)];
+        assert_eq!(dragged(beyond, true), (egui::vec2(140.0, 0.0), 0));
+        let click = vec![button(10.0, true), button(10.0, false), moved(150.0)];
+        assert_eq!(dragged(click, true), (egui::Vec2::ZERO, 1));
+    }
+}
