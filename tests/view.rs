@@ -19,7 +19,7 @@ use image::{RgbImage, RgbaImage};
 use marmor::cpu::compose::Composed;
 use marmor::cpu::resolve::encode_srgb;
 use marmor::frame::Options;
-use marmor::scene::{Light, Request};
+use marmor::scene::{Light, Request, Viewpoint};
 use marmor::view::session::{BACKDROP, Session};
 
 /// Longer than two shared cores take for any one picture of these, by far.
@@ -212,19 +212,24 @@ impl<'a> Viewer<'a> {
         self.xdotool(&["key", key]);
     }
 
-    /// Drags with `button` in steps, as a hand does. The first starts drafts, and what moves while a frame is drawn that
-    /// ends with the button up again is not a drag: hence the pauses.
+    /// Drags with `button` in steps, as a hand does.
     fn drag(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
         let [x, y] = from.map(|at| at.to_string());
-        self.xdotool(&["mousemove", &x, &y, "sleep", "0.3", "mousedown", button]);
-        self.xdotool(&["sleep", "0.3"]);
+        self.xdotool(&["mousemove", &x, &y, "mousedown", button]);
         let steps = 8;
         for step in 1..=steps {
             let at = |i: usize| (from[i] + (to[i] - from[i]) * step / steps).to_string();
-            let pause = if step == 1 { "1" } else { "0.05" };
-            self.xdotool(&["mousemove", &at(0), &at(1), "sleep", pause]);
+            self.xdotool(&["sleep", "0.05", "mousemove", &at(0), &at(1)]);
         }
-        self.xdotool(&["sleep", "1", "mouseup", button]);
+        self.xdotool(&["mouseup", button]);
+    }
+
+    /// Drags with `button` so fast that no frame comes between.
+    fn flick(&self, button: &str, from: [i32; 2], to: [i32; 2]) {
+        let ([x, y], [u, v]) = (from.map(|at| at.to_string()), to.map(|at| at.to_string()));
+        let down = ["mousemove", &x, &y, "mousedown", button];
+        let up = ["mousemove", &u, &v, "mouseup", button];
+        self.xdotool(&[down, up].concat());
     }
 
     /// Presses P; returns the scene that was saved, and the path of its PNG.
@@ -345,7 +350,7 @@ fn what_one_does_in_the_window_is_what_render_draws() {
         fs::read(&saved).expect("a file")
     );
 
-    // A drag of the light. Of the first steps egui takes none for a drag, nor all of them on a busy machine.
+    // A drag of the light.
     let by = [120, 60];
     viewer.drag("3", [100, 100], [100 + by[0], 100 + by[1]]);
     viewer.whole();
@@ -359,22 +364,48 @@ fn what_one_does_in_the_window_is_what_render_draws() {
     ];
     for (turned, by) in turned.into_iter().zip(by) {
         let whole = 0.4 * f64::from(by);
-        assert!(
-            turned > 0.0 && turned < 1.001 * whole,
-            "{turned} of {whole}"
-        );
+        assert!((turned - whole).abs() < 1e-9, "{turned} of {whole}");
     }
     reproduces(folder, &saved);
     holds("lit", &display.capture(folder), &saved);
 
     // A drag of the camera, and the wheel.
-    viewer.drag("1", [100, 100], [160, 110]);
+    viewer.flick("1", [100, 100], [160, 110]);
     viewer.whole();
+    let (turned, _) = viewer.save();
+    assert_eq!(turned.light, lit.light);
+    let orbits = [&lit, &turned].map(|request| match request.viewpoint {
+        Viewpoint::Orbit {
+            azimuth,
+            elevation,
+            distance,
+            ..
+        } => (azimuth, elevation, distance),
+        Viewpoint::At { .. } => unreachable!("a camera that orbits"),
+    });
+    let [
+        (azimuth, elevation, _),
+        (turned_azimuth, turned_elevation, near),
+    ] = orbits;
+    assert!(
+        (azimuth - turned_azimuth - 0.3 * 60.0).abs() < 1e-9,
+        "{turned_azimuth}"
+    );
+    assert!(
+        (turned_elevation - elevation - 0.3 * 10.0).abs() < 1e-9,
+        "{turned_elevation}"
+    );
     viewer.xdotool(&["click", "4"]);
     viewer.whole();
     let (turned, saved) = viewer.save();
-    assert_ne!(turned.viewpoint, lit.viewpoint);
-    assert_eq!(turned.light, lit.light);
+    let distance = match turned.viewpoint {
+        Viewpoint::Orbit { distance, .. } => distance,
+        Viewpoint::At { .. } => None,
+    };
+    assert!(
+        distance < near && distance.is_some(),
+        "{distance:?} of {near:?}"
+    );
     reproduces(folder, &saved);
 
     viewer.key("m");
@@ -388,8 +419,6 @@ fn what_one_does_in_the_window_is_what_render_draws() {
     viewer.key("s");
     viewer.whole();
     let middle = (width / 2) as i32;
-    // Lest the drag fall into the making of what drags are drawn with.
-    thread::sleep(Duration::from_secs(5));
     viewer.drag("1", [middle, 200], [middle - 80, 200]);
     viewer.whole();
     let (split, saved) = viewer.save();
