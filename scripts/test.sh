@@ -4,6 +4,7 @@
 #   scripts/test.sh [arguments for cargo test]
 #   scripts/test.sh optics -- --nocapture
 #
+# Without arguments two test files run at a time (MARMOR_TEST_JOBS says otherwise): each makes its pipelines on one core.
 # A missing Vulkan device or validation layer is a failure here, not a skip.
 # All steps use the release profile: another profile would build shaderc again.
 set -euo pipefail
@@ -47,11 +48,41 @@ step 'clippy' watched cargo clippy --release --workspace --all-targets ${feature
 RUSTDOCFLAGS='-D warnings' step 'docs' watched cargo doc --release --workspace --no-deps ${features:+"$features"}
 step 'build tests' watched cargo test --release --workspace ${features:+"$features"} --no-run ${build[@]+"${build[@]}"}
 
-# Last: cargo's closing lines, then the sum over all test files.
+tests() { cargo test --release --workspace ${features:+"$features"} "$@" 2>&1; }
+
+# later ARGUMENTS: those tests, and what they have said in one piece, once they are done.
+later() {
+    local status=0 log
+    log=$(mktemp -p "$logs")
+    # shellcheck disable=SC2086 # several words
+    tests $1 >"$log" || status=$?
+    flock "$logs" cat "$log"
+    return "$status"
+}
+
+# every_test: for each run of cargo its arguments, those that take long first. A test file that is not named here comes after.
+every_test() {
+    local long=(mixture ledger view single bench flicker gpu_twins live) name
+    {
+        printf '%s\n' "${long[@]}"
+        for name in tests/*.rs assets/sculptor/tests/*.rs; do basename "$name" .rs; done
+    } | awk '!seen[$0]++ { print "--test " $0 }'
+    echo '--lib --bins'
+    echo '--doc'
+}
+
+# Last: what cargo says, then the sum over all test files.
 say 'tests'
-log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+logs=$(mktemp -d)
+trap 'rm -rf "$logs"' EXIT
+export -f tests later
+export features logs
 status=0
-cargo test --release --workspace ${features:+"$features"} "$@" 2>&1 | tee "$log" || status=$?
-awk '/^test result:/ { passed += $4; failed += $6 } END { printf "%d passed, %d failed\n", passed, failed }' "$log"
+if [ $# = 0 ]; then
+    every_test | xargs -P "${MARMOR_TEST_JOBS:-2}" -I{} bash -c 'later "$1"' later {} || status=1
+else
+    tests "$@" | tee "$logs/all" || status=$?
+fi
+cat "$logs"/* | awk '/^test result:/ { passed += $4; failed += $6 } END { printf "%d passed, %d failed\n", passed, failed }'
+grep -h '^test .* FAILED$' "$logs"/* || true
 exit "$status"

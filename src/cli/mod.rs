@@ -25,6 +25,9 @@ use failure::Failure;
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 /// How a command ended. The codes are part of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -270,13 +273,23 @@ fn log(global: &Global) {
         (false, 2) => tracing::Level::DEBUG,
         (false, _) => tracing::Level::TRACE,
     };
-    // Fails only where a subscriber exists already, as when a test runs several commands.
-    let _ = tracing_subscriber::fmt()
-        .with_max_level(level)
+    // It warns of servers that say nothing of their screen's size in millimetres, which is of no use to who opens a window.
+    let windows = level.min(match global.verbose {
+        0 => tracing::Level::ERROR,
+        _ => tracing::Level::TRACE,
+    });
+    let shown = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
-        .without_time()
+        .without_time();
+    let levels = Targets::new()
+        .with_default(level)
+        .with_target("winit", windows);
+    // Fails only where a subscriber exists already, as when a test runs several commands.
+    let _ = tracing_subscriber::registry()
+        .with(shown)
+        .with(levels)
         .try_init();
 }
 

@@ -1,7 +1,7 @@
 //! What one render did, as a document for scripts: `render --stats`.
 
 use super::{Error, Output};
-use crate::ledger::{self, budget::Chosen};
+use crate::ledger::{self, HALF_SHADE, HALF_SHARE, budget::Chosen};
 use crate::scene::Plan;
 use serde::Serialize;
 use std::io::Write as _;
@@ -188,7 +188,7 @@ pub struct Pass {
 /// Declared texture fetches.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fetches {
-    /// Sum over passes.
+    /// Of a pixel of the picture, over all passes; of [`HALF_SHADE`] its share, rounded up, as [`ledger::total`] has it.
     pub per_pixel: u64,
     /// Each pass.
     pub passes: Vec<PassFetches>,
@@ -199,7 +199,7 @@ pub struct Fetches {
 pub struct PassFetches {
     /// Its name.
     pub pass: String,
-    /// Sum over terms.
+    /// Of one of the pass's own pixels, over all terms.
     pub per_pixel: u64,
     /// Each term.
     pub terms: Vec<Term>,
@@ -322,8 +322,12 @@ impl Fetches {
                 }),
             }
         }
+        let of_picture = |pass: &PassFetches| match pass.pass.as_str() {
+            HALF_SHADE => pass.per_pixel.div_ceil(u64::from(HALF_SHARE)),
+            _ => pass.per_pixel,
+        };
         Fetches {
-            per_pixel: passes.iter().map(|pass| pass.per_pixel).sum(),
+            per_pixel: passes.iter().map(of_picture).sum(),
             passes,
         }
     }
@@ -332,6 +336,23 @@ impl Fetches {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Request, Scattering};
+
+    #[test]
+    fn the_sum_is_that_of_the_ledger() {
+        for scattering in [Scattering::Full, Scattering::Half] {
+            let mut request = Request::statue();
+            request.scattering = scattering;
+            let plan = request.plan().expect("a plan");
+            let declared = ledger::declared(&plan, ledger::Filter::Linear);
+            let rows = declared.iter().map(|line| {
+                let [pass, term, what] = [line.pass, line.term, line.what].map(str::to_owned);
+                (pass, term, what, line.per_pixel)
+            });
+            let sum = Fetches::new(rows.collect()).per_pixel;
+            assert_eq!(sum, u64::from(ledger::total(&declared)), "{scattering:?}");
+        }
+    }
 
     #[test]
     fn fetches_add_up_by_pass() {
@@ -346,8 +367,10 @@ mod tests {
             row("reduce", "texel", 9),
             row("reduce", "buffer", 27),
             row("volume", "buffer", 27),
+            row("half shade", "multiple", 9),
         ]);
-        assert_eq!(fetches.per_pixel, 32);
+        // Four pixels share what is shaded for them.
+        assert_eq!(fetches.per_pixel, 32 + 3);
         let passes: Vec<_> = fetches
             .passes
             .iter()
@@ -359,7 +382,8 @@ mod tests {
                 ("shade", 31, 3),
                 ("resolve", 1, 1),
                 ("reduce", 0, 2),
-                ("volume", 0, 1)
+                ("volume", 0, 1),
+                ("half shade", 9, 1)
             ]
         );
     }

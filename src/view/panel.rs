@@ -375,7 +375,7 @@ impl Panel {
                 ui.label(egui::RichText::new("no message").color(style::DIM));
             }
             messages => {
-                for message in messages.iter().rev().take(20) {
+                for message in messages.iter().rev() {
                     ui.label(egui::RichText::new(message).small().color(style::FAULT));
                 }
             }

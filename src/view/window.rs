@@ -26,6 +26,9 @@ const QUIET: Duration = Duration::from_millis(100);
 /// How often does a window that cannot be drawn try again?
 const HIDDEN: Duration = Duration::from_millis(200);
 
+/// Messages of the validation layer that are kept to be shown.
+const MESSAGES: usize = 20;
+
 /// What wakes the event loop.
 #[derive(Clone, Copy, Debug)]
 pub enum Wake {
@@ -173,7 +176,9 @@ struct Running {
     later: Vec<egui::Event>,
     // Of a frame that was skipped: textures of the panel that are still to come, and to go.
     carried: drawn::Panel,
+    // The last of the validation layer, and how many there were.
     messages: Vec<String>,
+    complaints: usize,
     saves: PathBuf,
     // Whether the picture is to be saved once it is whole.
     saving: bool,
@@ -242,6 +247,7 @@ impl Running {
             later: Vec::new(),
             carried: drawn::Panel::default(),
             messages: Vec::new(),
+            complaints: 0,
             saves: settings.saves.clone(),
             saving: false,
             watcher,
@@ -254,12 +260,12 @@ impl Running {
             "closed: {} frames, the longest {:.0} ms, {} validation messages",
             self.timing.count,
             self.timing.longest,
-            self.messages.len()
+            self.complaints
         );
         Summary {
             frames: self.timing.count,
             longest: self.timing.longest,
-            messages: self.messages.len(),
+            messages: self.complaints,
         }
     }
 
@@ -369,6 +375,10 @@ impl Running {
     fn hear(&mut self) {
         for message in self.session.device().instance().take_messages() {
             tracing::warn!("validation: {message}");
+            self.complaints += 1;
+            if self.messages.len() == MESSAGES {
+                self.messages.remove(0);
+            }
             self.messages.push(message);
         }
         if self.watcher.as_ref().is_some_and(Watcher::changed) {
