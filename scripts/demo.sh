@@ -14,7 +14,7 @@ stats=out/figure1.json
 
 # shellcheck disable=SC2119 # the arguments are not for the set-up
 marmor_setup
-watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
+build_marmor
 
 mkdir -p out
 marmor() {

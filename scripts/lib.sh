@@ -413,3 +413,8 @@ watched() {
     trap - EXIT
     return "$status"
 }
+
+# build_marmor: the program, from the same parts as the tests: alone it has other features of its crates, and a build of each.
+build_marmor() {
+    watched cargo build --release --workspace --bin marmor ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
+}

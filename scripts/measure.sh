@@ -36,7 +36,7 @@ measure_begin() {
 
     # shellcheck disable=SC2119 # the arguments are not for the set-up
     marmor_setup
-    watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
+    build_marmor
     marmor=${CARGO_TARGET_DIR:-target}/release/marmor
 
     mkdir -p "$folder/$references"

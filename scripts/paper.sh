@@ -11,7 +11,7 @@ cd "$MARMOR_ROOT"
 
 # shellcheck disable=SC2119 # the arguments are not for the set-up
 marmor_setup
-watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
+build_marmor
 marmor=${CARGO_TARGET_DIR:-target}/release/marmor
 mkdir -p out
 "$marmor" bench --only paper/ --frames "${1:-24}" --json out/paper.json --csv docs/results/paper.csv -q

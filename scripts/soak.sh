@@ -12,7 +12,7 @@ cd "$MARMOR_ROOT"
 
 # shellcheck disable=SC2119 # the arguments are not for the set-up
 marmor_setup
-watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
+build_marmor
 marmor=${CARGO_TARGET_DIR:-target}/release/marmor
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -43,12 +43,12 @@ BOUNDS
 # Every plan of the ledger, counted pixel by pixel.
 say "the ledger, all plans"
 MARMOR_LEDGER_ALL=1 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
-    cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test ledger || failed=1
+    cargo test --release --workspace ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test ledger || failed=1
 # Everything moves.
 say "flicker, a whole loop"
 MARMOR_FLICKER_ALL=1 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
-    cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test flicker -- --nocapture || failed=1
+    cargo test --release --workspace ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test flicker -- --nocapture || failed=1
 say "memory, 10 000 frames"
 MARMOR_SOAK_FRAMES=10000 MARMOR_REQUIRE_DEVICE=1 MARMOR_REQUIRE_VALIDATION=1 \
-    cargo test --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test animation memory -- --nocapture || failed=1
+    cargo test --release --workspace ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"} --test animation memory -- --nocapture || failed=1
 exit "$failed"

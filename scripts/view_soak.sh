@@ -15,7 +15,7 @@ case $minutes in
     '' | *[!0-9]* | 0) complain "usage: scripts/view_soak.sh [MINUTES]"; exit 2 ;;
 esac
 marmor_setup --test
-watched cargo build --release ${MARMOR_CARGO_FEATURES:+"$MARMOR_CARGO_FEATURES"}
+build_marmor
 marmor=$CARGO_TARGET_DIR/release/marmor
 folder=$(mktemp -d)
 server='' viewer=''
