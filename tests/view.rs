@@ -408,10 +408,19 @@ fn what_one_does_in_the_window_is_what_render_draws() {
     );
     reproduces(folder, &saved);
 
-    viewer.key("m");
+    // Keys, all within a frame: five degrees each.
+    viewer.xdotool(&["key", "Left", "Left", "Left", "Up", "m"]);
     viewer.whole();
     let (method, saved) = viewer.save();
     assert_ne!(method.multiple, turned.multiple);
+    let by = [
+        method.light.azimuth - turned.light.azimuth,
+        method.light.elevation - turned.light.elevation,
+    ];
+    assert!(
+        (by[0] + 15.0).abs() < 1e-9 && (by[1] - 5.0).abs() < 1e-9,
+        "{by:?}"
+    );
     reproduces(folder, &saved);
     holds("another method", &display.capture(folder), &saved);
 
@@ -540,19 +549,23 @@ fn shaders_of_the_window_reload_as_those_of_the_picture_do() {
     viewer.end(|viewer| viewer.key("ctrl+q"));
 }
 
+fn options() -> Options {
+    Options {
+        device: None,
+        validation: false,
+        measure: false,
+        memory_limit: None,
+        redraw_light: false,
+    }
+}
+
 /// What a dropped file does, which nothing here can drop.
 #[test]
 fn another_scene_opens_in_place_of_this_one() {
     let Some(device) = device::device() else {
         return;
     };
-    let options = Options {
-        device: None,
-        validation: false,
-        measure: false,
-        memory_limit: None,
-        redraw_light: false,
-    };
+    let options = options();
     let mut wanted = Request::open(Path::new("statue-1k")).expect("a mesh");
     wanted.size = [32, 24];
     let mut session = Session::new(&options, &device.device, wanted.clone()).expect("a session");
@@ -565,6 +578,22 @@ fn another_scene_opens_in_place_of_this_one() {
     assert!(session.motion().is_some());
     assert_eq!(session.wanted.size, wanted.size);
     assert!(!session.converged());
+}
+
+/// What is shown is what `render` draws from the scene that is saved: methods are chosen for all frames of the still.
+#[test]
+fn a_budget_counts_what_the_still_reads() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let mut wanted = Request::open(Path::new("statue-1k")).expect("a mesh");
+    (wanted.size, wanted.fetch_budget) = ([32, 24], Some(16));
+    let session = Session::new(&options(), &device.device, wanted).expect("a session");
+    let chosen = session.chosen().expect("a choice");
+    assert!(session.fetches() <= 16, "{} fetches", session.fetches());
+    assert_eq!(session.fetches(), chosen.fetches);
+    let saved = session.request().plan().expect("a plan");
+    assert_eq!(saved.frames_averaged, session.plan().frames_averaged);
 }
 
 #[test]

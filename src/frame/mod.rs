@@ -55,7 +55,7 @@ pub use capture::Target;
 pub use fetches::{Shaders, live_stages, stages, window_stages};
 pub use run::{
     Animator, Counted, DeviceInfo, Error, Options, Picture, check_fit, count, count_on, devices,
-    filter, open_device, open_window, render,
+    filter, open_device, open_window, render, warnings,
 };
 
 use crate::gpu::{

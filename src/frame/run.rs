@@ -257,8 +257,7 @@ pub fn render(
         },
     )?;
     renderer.redraw_light = options.redraw_light;
-    warn_coarse(plan, &renderer);
-    warn_volumes(plan);
+    warn(plan);
     if options.measure && plan.methods().all(|method| method != Multiple::Exact) {
         // Drivers compile on first use: a frame that does not count. `exact` is no matter of
         // frame times, and too long to be run twice.
@@ -347,8 +346,7 @@ impl Animator {
             ..Setup::default()
         };
         let renderer = Renderer::new(&device, plan, &setup)?;
-        warn_coarse(plan, &renderer);
-        warn_volumes(plan);
+        warn(plan);
         Ok(Animator {
             renderer,
             plan: plan.clone(),
@@ -589,31 +587,46 @@ pub fn check_fit(
     Ok(())
 }
 
-/// Says when fewer levels than asked for have volumes: the others would need more cells than there may be, or are
-/// the finest level, which keeps its moments.
-fn warn_volumes(plan: &Plan) {
+fn warn(plan: &Plan) {
+    for warning in warnings(plan) {
+        tracing::warn!("{warning}");
+    }
+}
+
+/// What a picture of `plan` lacks, a line each: light maps too coarse, volumes too large.
+pub fn warnings(plan: &Plan) -> Vec<String> {
+    let mut all = Vec::from_iter(coarse(plan));
+    all.extend(few_volumes(plan));
+    all
+}
+
+/// Fewer levels than asked for have volumes: the others would need more cells than there may be, or are the finest
+/// level, which keeps its moments.
+fn few_volumes(plan: &Plan) -> Vec<String> {
+    let mut all = Vec::new();
     for method in plan.methods() {
         if let Multiple::Mixture(mixture) = method {
             let taps = plan.taps(mixture, &plan.light_frame());
             let used = taps.levels.count - taps.first_volume;
             if used < mixture.volumes {
-                tracing::warn!(
+                all.push(format!(
                     "{used} of {} levels are read from volumes, where {} were asked for: finer ones have too many cells",
                     taps.levels.count,
                     mixture.volumes
-                );
+                ));
             }
         }
     }
+    all
 }
 
-/// Says when the light map is too coarse for the material: R_d is then blurred to a texel.
-fn warn_coarse(plan: &Plan, renderer: &Renderer) {
+/// The light map is too coarse for the material: R_d is then blurred to a texel.
+fn coarse(plan: &Plan) -> Option<String> {
     let material = &plan.scene.material;
     let sigma_t = (material.sigma_s + material.sigma_a).max_element();
-    let texel = renderer.light_frame(0).texel;
+    let texel = plan.light_frame().texel;
     if texel * sigma_t <= 1.0 {
-        return;
+        return None;
     }
     let needed = (f64::from(plan.light_map) * texel * sigma_t).ceil();
     let remedy = if needed <= f64::from(*limits::LIGHT_MAP.end()) {
@@ -621,9 +634,9 @@ fn warn_coarse(plan: &Plan, renderer: &Renderer) {
     } else {
         "no light map resolves it; is the unit right?".to_owned()
     };
-    tracing::warn!(
+    Some(format!(
         "a light texel of {texel:.3} mm is coarser than the mean free path of {:.3} mm, so \
          scattering is blurred to a texel; {remedy}",
         1.0 / sigma_t,
-    );
+    ))
 }

@@ -140,6 +140,8 @@ impl Panel {
     pub fn show(&mut self, ui: &mut Ui, session: &mut Session, facts: &Facts<'_>) {
         self.play(session);
         let context = ui.ctx().clone();
+        // Before Esc closes it.
+        let listed = egui::Popup::is_any_open(&context);
         let ground = egui::Frame::new().fill(style::GROUND);
         let window = ui.max_rect();
         // A window too small for both keeps the picture.
@@ -164,18 +166,24 @@ impl Panel {
         let central = egui::CentralPanel::default().frame(egui::Frame::NONE);
         central.show(ui, |ui| {
             self.show_viewport(ui, session);
-            // The panel tells faults; without one, they stand here.
-            if !roomy {
-                self.show_fault(ui, self.viewport, session.fault.as_ref());
+            // The panel has a line for what is told; without one, it stands here.
+            let told = self.told().filter(|(_, wrong)| *wrong && !roomy);
+            let fault = told.map(|(text, _)| text).or(session.fault.as_ref());
+            if let Some(fault) = fault {
+                show_fault(ui, self.viewport, fault);
             }
         });
         // What is dragged in the panel moves, too.
         let held = context.input(|input| input.pointer.any_down());
         self.dragging |= held && touched;
         self.dragging &= held;
-        // A button that has the focus wants no letters; a number that is typed does.
-        if !context.text_edit_focused() {
+        // A button that has the focus wants no letters; a number that is typed does, and so does a list that is open.
+        if !context.text_edit_focused() && !listed {
             self.keys(&context, session);
+        }
+        if self.told().is_some() {
+            // It goes by itself.
+            context.request_repaint_after(MESSAGE);
         }
         if self.help {
             help::show(&context, &mut self.help);
@@ -282,25 +290,14 @@ impl Panel {
         done.set_width(rect.width() * share);
         ui.painter().rect_filled(done, 1.5, style::WARM);
         // A line of its own, there or not, lest the settings below move under the pointer.
-        let (text, wrong) = self
-            .told()
-            .map_or(("", false), |(text, wrong)| (text.as_str(), wrong));
-        let color = if wrong { style::FAULT } else { style::WARM };
+        let (text, color) = match (self.told(), facts.saving) {
+            (Some((text, true)), _) => (text.as_str(), style::FAULT),
+            (Some((text, false)), _) => (text.as_str(), style::WARM),
+            (None, true) => ("saves when converged; P again does not", style::WARM),
+            (None, false) => (session.warning(), style::WARM),
+        };
         ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).truncate())
             .on_hover_text(text);
-        if !text.is_empty() {
-            ui.ctx().request_repaint_after(MESSAGE);
-        }
-        if facts.saving {
-            ui.label(
-                egui::RichText::new("saves when converged")
-                    .small()
-                    .color(style::WARM),
-            );
-        }
-        if let Some(fault) = &session.fault {
-            ui.label(egui::RichText::new(fault).color(style::FAULT));
-        }
         ui.add_space(2.0);
     }
 
@@ -469,28 +466,6 @@ impl Panel {
         }
     }
 
-    /// What went wrong, over the picture's lower edge for a while; what went well leaves the picture free.
-    fn show_fault(&self, ui: &Ui, rect: Rect, fault: Option<&String>) {
-        let told = self.told().filter(|(_, wrong)| *wrong);
-        let Some(text) = told.map(|(text, _)| text).or(fault) else {
-            return;
-        };
-        let color = style::FAULT;
-        let font = egui::FontId::proportional(13.0);
-        let width = (rect.width() - 40.0).max(80.0);
-        let galley = ui.painter().layout(text.clone(), font, color, width);
-        let size = galley.size() + vec2(20.0, 12.0);
-        let at = pos2(
-            rect.center().x - 0.5 * size.x,
-            rect.bottom() - 12.0 - size.y,
-        );
-        let ground = Rect::from_min_size(at, size);
-        ui.painter()
-            .rect_filled(ground, 4.0, style::GROUND.gamma_multiply(0.92));
-        ui.painter().galley(at + vec2(10.0, 6.0), galley, color);
-        ui.ctx().request_repaint_after(MESSAGE);
-    }
-
     fn steer(&mut self, session: &mut Session, viewpoint: Viewpoint) {
         session.wanted.animation.camera_keys = None;
         session.wanted.viewpoint = viewpoint;
@@ -560,38 +535,35 @@ impl Panel {
     }
 
     fn keys(&mut self, context: &egui::Context, session: &mut Session) {
-        let pressed = |key| {
+        // In a long frame a key goes down several times.
+        let presses = |key| {
             context.input(|input| {
                 let plain = !input.modifiers.command && !input.modifiers.alt;
-                plain && input.key_pressed(key)
+                if plain { input.num_presses(key) } else { 0 }
             })
         };
-        if pressed(Key::F1) {
-            self.help ^= true;
-        }
+        let pressed = |key| presses(key) > 0;
+        let odd = |key| presses(key) % 2 == 1;
+        self.help ^= odd(Key::F1);
         if pressed(Key::Escape) {
             self.help = false;
             self.look.close();
         }
-        if pressed(Key::D) {
+        for _ in 0..presses(Key::D) {
             self.look.next(session);
         }
         if pressed(Key::E) {
             self.look.arm();
         }
-        if pressed(Key::P) {
-            self.saves = true;
-        }
-        if pressed(Key::Space) {
+        self.saves ^= odd(Key::P);
+        if odd(Key::Space) {
             self.toggle(session);
         }
         if pressed(Key::F) {
             self.frame_all(session);
         }
-        if pressed(Key::C) {
-            self.costs ^= true;
-        }
-        if pressed(Key::M) {
+        self.costs ^= odd(Key::C);
+        for _ in 0..presses(Key::M) {
             const TURN: [Method; 5] = [
                 Method::Mixture,
                 Method::Samples,
@@ -605,7 +577,7 @@ impl Panel {
             session.wanted.multiple = TURN[own.map_or(0, |own| (own + 1) % TURN.len())];
             session.wanted.fetch_budget = None;
         }
-        if pressed(Key::S) {
+        if odd(Key::S) {
             let split = &mut session.wanted.split;
             *split = match split {
                 Some(_) => None,
@@ -615,19 +587,15 @@ impl Panel {
             session.wanted.fetch_budget = None;
             session.wanted.scattering = Scattering::Full;
         }
-        if pressed(Key::Num1) {
-            session.wanted.specular ^= true;
-        }
-        if pressed(Key::Num2) {
+        session.wanted.specular ^= odd(Key::Num1);
+        if odd(Key::Num2) {
             self.controls.toggle_single(&mut session.wanted);
         }
-        if pressed(Key::Num3) {
+        if odd(Key::Num3) {
             self.controls.toggle_multiple(&mut session.wanted);
         }
         for (key, stops) in [(Key::OpenBracket, -0.25_f64), (Key::CloseBracket, 0.25)] {
-            if pressed(key) {
-                session.wanted.exposure *= stops.exp2();
-            }
+            session.wanted.exposure *= (stops * presses(key) as f64).exp2();
         }
         let arrows = [
             (Key::ArrowLeft, DVec2::new(-1.0, 0.0)),
@@ -638,8 +606,9 @@ impl Panel {
         for (key, by) in arrows {
             if pressed(key) {
                 // Five degrees a press.
+                let by = 12.5 * presses(key) as f64 * by;
                 session.wanted.animation.light_keys = None;
-                session.wanted.light = orbit::turned_light(&session.wanted.light, 12.5 * by);
+                session.wanted.light = orbit::turned_light(&session.wanted.light, by);
                 self.moved = Some(Instant::now());
             }
         }
@@ -648,4 +617,21 @@ impl Panel {
         let closes = context.input(|input| input.events.iter().any(closes));
         self.quits |= closes;
     }
+}
+
+/// What went wrong, over the lower edge of the picture's place `rect`.
+fn show_fault(ui: &Ui, rect: Rect, text: &str) {
+    let color = style::FAULT;
+    let font = egui::FontId::proportional(13.0);
+    let width = (rect.width() - 40.0).max(80.0);
+    let galley = ui.painter().layout(text.to_owned(), font, color, width);
+    let size = galley.size() + vec2(20.0, 12.0);
+    let at = pos2(
+        rect.center().x - 0.5 * size.x,
+        rect.bottom() - 12.0 - size.y,
+    );
+    let ground = Rect::from_min_size(at, size);
+    ui.painter()
+        .rect_filled(ground, 4.0, style::GROUND.gamma_multiply(0.92));
+    ui.painter().galley(at + vec2(10.0, 6.0), galley, color);
 }

@@ -93,6 +93,8 @@ pub struct Session {
     planned: Option<(Request, u32)>,
     plan: Plan,
     chosen: Option<Chosen>,
+    // What the picture lacks.
+    warning: String,
     still: Option<Stage>,
     draft: Option<Stage>,
     // Whether the shaders have changed since a renderer was made.
@@ -170,6 +172,7 @@ impl Session {
             stuck: false,
             loaded: wanted.mesh.clone(),
             planned: None,
+            warning: String::new(),
             still: None,
             draft: None,
             reload: false,
@@ -204,6 +207,11 @@ impl Session {
     /// How a budget chose its methods, if one did.
     pub fn chosen(&self) -> Option<&Chosen> {
         self.chosen.as_ref()
+    }
+
+    /// What `marmor render` warns of; empty if of nothing.
+    pub fn warning(&self) -> &str {
+        &self.warning
     }
 
     /// What moves, if anything does.
@@ -412,6 +420,7 @@ impl Session {
             // Quick enough to follow a drag; what it leaves out is made up for as soon as all is still.
             Some(motion) => {
                 check(&asked)?;
+                asked.frames_averaged = Some(self.frames());
                 let mut plan = asked
                     .plan_steered(&motion)?
                     .at(motion.time(self.frame_number));
@@ -431,6 +440,9 @@ impl Session {
             }
         };
         (self.plan, self.chosen, self.steered) = (plan, chosen, steered);
+        if !moving {
+            self.warning = frame::warnings(&self.plan).join("; ");
+        }
         self.version += 1;
         Ok(())
     }
@@ -512,8 +524,7 @@ impl Session {
         if self.converged() {
             return Ok(());
         }
-        let mut plan = self.plan.clone();
-        plan.frames_averaged = frames;
+        let plan = self.plan.clone();
         let Some(Staged { stage, .. }) = self.stage(presenter, plan, false)? else {
             return Ok(());
         };
@@ -795,6 +806,11 @@ fn planned(
     filter: Filter,
 ) -> Result<(Plan, Option<Chosen>), Error> {
     check(request)?;
+    // The still's frames: to add them up is one fetch more.
+    let request = Request {
+        frames_averaged: Some(request.frames_averaged.unwrap_or(FRAMES)),
+        ..request.clone()
+    };
     let plan = request.plan_of(model)?;
     let Some(budget) = request.fetch_budget else {
         return Ok((plan, None));

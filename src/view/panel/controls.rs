@@ -127,12 +127,22 @@ pub fn slider<N: egui::emath::Numeric>(
     value: &mut N,
     range: std::ops::RangeInclusive<N>,
 ) -> egui::Slider<'_> {
-    egui::Slider::new(value, range).clamping(egui::SliderClamping::Edits)
+    egui::Slider::new(value, range)
+        .clamping(egui::SliderClamping::Edits)
+        .custom_parser(typed)
 }
 
 /// A number to drag or to type, likewise.
 fn drag<N: egui::emath::Numeric>(value: &mut N) -> DragValue<'_> {
-    DragValue::new(value).clamp_existing_to_range(false)
+    DragValue::new(value)
+        .clamp_existing_to_range(false)
+        .custom_parser(typed)
+}
+
+/// A number that was typed; none is not a number, and none is infinite: a range would make the largest of either.
+fn typed(text: &str) -> Option<f64> {
+    let number = text.trim().replace('\u{2212}', "-").parse();
+    number.ok().filter(|number: &f64| number.is_finite())
 }
 
 /// Three numbers, of red, green and blue.
@@ -469,4 +479,24 @@ fn show_picture(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
             memory.toggle_multiple(wanted);
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::typed;
+
+    #[test]
+    fn what_is_typed_is_a_number() {
+        for (text, number) in [
+            ("2", 2.0),
+            (" -0.5 ", -0.5),
+            ("1e-3", 1e-3),
+            ("\u{2212}4", -4.0),
+        ] {
+            assert_eq!(typed(text), Some(number), "{text}");
+        }
+        for text in ["", "nan", "NaN", "inf", "-infinity", "1e999", "2p", "1 2"] {
+            assert_eq!(typed(text), None, "{text}");
+        }
+    }
 }

@@ -148,9 +148,8 @@ impl Look {
             let known = self.fetches.as_ref().is_some_and(|(of, _)| *of == version);
             let priced = session.is_priced() || self.priceless;
             if self.lens == Lens::Fetches && !known && failed.is_none() {
-                let mut plan = session.plan().clone();
-                plan.frames_averaged = session.frames();
-                self.start(worker, Task::Fetches, version, Job::Fetches(Box::new(plan)));
+                let plan = Box::new(session.plan().clone());
+                self.start(worker, Task::Fetches, version, Job::Fetches(plan));
             } else if !priced {
                 self.start(worker, Task::Prices, version, Job::Prices);
             }
