@@ -97,6 +97,9 @@ pub struct Session {
     warning: String,
     still: Option<Stage>,
     draft: Option<Stage>,
+    // What takes their places as soon as it is drawn.
+    next_still: Option<Stage>,
+    next_draft: Option<Stage>,
     // Whether the shaders have changed since a renderer was made.
     reload: bool,
     // Whether the plan is one that only serves a drag.
@@ -175,6 +178,8 @@ impl Session {
             warning: String::new(),
             still: None,
             draft: None,
+            next_still: None,
+            next_draft: None,
             reload: false,
             steered: false,
             covered: 0.5,
@@ -473,25 +478,35 @@ impl Session {
     }
 
     /// While nothing happens: makes what the next drag will draw with, and has the driver compile it, so that it begins
-    /// at once.
+    /// at once. Returns whether there is more of that to do.
     ///
     /// # Errors
     /// As [`Session::draw`].
-    pub fn warm(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+    pub fn warm(&mut self, presenter: &mut Presenter) -> Result<bool, Error> {
         let plan = self.draft_plan(self.scale());
         let fits = self
             .draft
             .as_ref()
             .is_some_and(|stage| stage.plan.size == plan.size);
         if fits || !self.converged() || self.fault.is_some() {
-            return Ok(());
+            return Ok(false);
         }
-        if let Some(Staged { stage, .. }) = self.stage(presenter, plan, true)? {
-            stage.renderer.draw_live(stage.frames, false)?;
-            stage.renderer.forget_history();
-            stage.frames += 1;
-        }
-        Ok(())
+        let warmed = self.warm_draft(presenter, plan);
+        let mut more = false;
+        let settled = warmed.map(|made| more = made);
+        self.settle(settled)?;
+        Ok(more && self.fault.is_none())
+    }
+
+    /// Draws a draft that is not shown; true where it is made, and yet to be drawn.
+    fn warm_draft(&mut self, presenter: &mut Presenter, plan: Plan) -> Result<bool, Error> {
+        let Some(Staged { stage, .. }) = self.stage(presenter, plan, true)? else {
+            return Ok(true);
+        };
+        stage.renderer.draw_live(stage.frames, false)?;
+        stage.renderer.forget_history();
+        stage.frames += 1;
+        Ok(false)
     }
 
     fn draw_draft(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
@@ -553,7 +568,8 @@ impl Session {
         Ok(())
     }
 
-    /// The stage of drafts or of stills, ready for `plan`; none while the window has no area.
+    /// The stage of drafts or of stills, ready for `plan`; none while the window has no area, and where it had to be made
+    /// first, which is enough for a frame of the window.
     fn stage(
         &mut self,
         presenter: &mut Presenter,
@@ -563,28 +579,23 @@ impl Session {
         if std::mem::take(&mut self.reload) {
             self.renew(presenter)?;
         }
-        let slot = if live {
-            &mut self.draft
-        } else {
-            &mut self.still
+        let shows = !self.is_empty();
+        let (slot, next) = match live {
+            true => (&mut self.draft, &mut self.next_draft),
+            false => (&mut self.still, &mut self.next_still),
         };
-        if let Some(stage) = slot.as_mut()
-            && stage.plan != plan
-        {
-            if stage.renderer.adopt(&plan) {
-                stage.plan = plan.clone();
-                if !live {
-                    stage.frames = 0;
-                }
-            } else {
-                // Made before the old one goes, lest a fault leave nothing to show.
-                let new = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
-                let Some(new) = new else { return Ok(None) };
-                *slot = Some(new);
+        if slot.as_mut().is_some_and(|own| own.serves(&plan, live)) {
+            *next = None;
+        } else if next.as_mut().is_some_and(|own| own.serves(&plan, live)) {
+            *slot = next.take();
+        } else {
+            // The old one stays, lest a fault leave nothing to show, and until the next frame of the window: its own first
+            // frame takes long enough, since the driver compiles for it.
+            *next = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
+            if shows {
+                return Ok(None);
             }
-        }
-        if slot.is_none() {
-            *slot = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
+            *slot = next.take();
         }
         Ok(slot.as_mut().map(|stage| Staged {
             plan,
@@ -599,6 +610,7 @@ impl Session {
             self.fault = None;
         }
         self.broken = None;
+        (self.next_still, self.next_draft) = (None, None);
         let mut anew = |old: &Option<Stage>, live| match old {
             Some(old) => Stage::new(&self.options, &self.device, presenter, &old.plan, live),
             None => Ok(None),
@@ -750,6 +762,21 @@ pub struct Intermediate {
 }
 
 impl Stage {
+    /// Whether it draws `plan`, from now on if not before.
+    fn serves(&mut self, plan: &Plan, live: bool) -> bool {
+        if self.plan == *plan {
+            return true;
+        }
+        let adopts = self.renderer.adopt(plan);
+        if adopts {
+            self.plan.clone_from(plan);
+            if !live {
+                self.frames = 0;
+            }
+        }
+        adopts
+    }
+
     /// Device time of the last frame that is known to be done, ms.
     fn time(&self) -> f64 {
         let passes = self.renderer.last_passes();

@@ -336,9 +336,9 @@ impl Running {
             self.carried.gone = triangles.gone;
         }
         self.save_if_whole()?;
-        if visible && quiet && !moving {
-            self.session.warm(&mut self.presenter)?;
-        }
+        // Not beside a picture: each takes its time.
+        let idle = visible && quiet && !draws;
+        let warms = idle && self.session.warm(&mut self.presenter)?;
         let news = self.panel.ask(&mut self.worker, &self.session);
 
         let now = Instant::now();
@@ -347,6 +347,7 @@ impl Running {
             Next::At(now + HIDDEN)
         } else if moving
             || news
+            || warms
             || repaint.is_zero()
             || !self.later.is_empty()
             || std::mem::take(&mut self.panel.fresh)
