@@ -236,6 +236,60 @@ fn an_average_grows_to_the_picture_of_render() {
     }
 }
 
+/// What one renderer leaves of pipelines the next one takes, whatever its size, and draws as if it were the first.
+#[test]
+fn renderers_share_their_pipelines() {
+    type Change = fn(&mut Request);
+    let turns: [Change; 7] = [
+        |_| (),
+        |request| request.size = [31, 52],
+        |request| request.multiple = Method::Samples,
+        |request| request.scattering = Scattering::Half,
+        |request| request.split = Some(Method::Brdf),
+        |request| request.moments = 4,
+        |request| request.mesh = MeshSource::Bundled(Bundled::Betta),
+    ];
+    // Each the first of its device.
+    let mut first = Vec::new();
+    for change in turns {
+        let Some(test) = device() else { return };
+        let none = test.device.tally()[1];
+        first.push(rendered(&test.device, &plan(change)));
+        assert!(test.device.tally()[1] > none + 5, "it makes its own");
+    }
+    let Some(test) = device() else { return };
+    let live = Setup {
+        live: true,
+        ..Setup::default()
+    };
+    // All of them are more than are kept, so that in the second round some are made again.
+    for round in 0..2 {
+        for (turn, change) in turns.into_iter().enumerate() {
+            let plan = plan(change);
+            let moving = Plan {
+                frames_averaged: 1,
+                ..plan.clone()
+            };
+            // Its surface pass writes motion, too: another render pass, of which it shares no pipeline.
+            let mut moving = Renderer::new(&test.device, &moving, &live).expect("a live one");
+            moving.draw_live(0, true).expect("a frame");
+            let before = test.device.tally()[1];
+            let drawn = rendered(&test.device, &plan);
+            assert!(drawn == first[turn], "round {round}, turn {turn}");
+            if turn == 1 {
+                assert_eq!(test.device.tally()[1], before, "for its size alone");
+            }
+        }
+    }
+    let there_and_back = || {
+        for turn in [0, 2, 1] {
+            rendered(&test.device, &plan(turns[turn]));
+        }
+        test.device.tally()[1]
+    };
+    assert_eq!(there_and_back(), there_and_back());
+}
+
 /// A renderer that takes a plan over draws it as one that was made for it.
 #[test]
 fn a_plan_that_is_adopted_is_drawn_as_any_other() {

@@ -80,7 +80,7 @@ fn exact_follows_the_analytic_half_plane() {
     // The size is even and the extent centred, so the sheet's edge lies between two texels.
     let map = light_map(&mesh, &light, 512, medium.eta);
     let noise = shade::noise();
-    let shading = Shading::new(&medium.material(), &light, &map, &noise, 0);
+    let shading = Shading::new(&medium.material(), &light, &map, noise, 0);
 
     let free_path = medium.dipole(1).z_r;
     let entering = light.perpendicular_irradiance() * fresnel::transmittance(1.0, medium.eta);
@@ -128,7 +128,7 @@ fn a_broadly_lit_plane_without_absorption_returns_all_that_enters() {
         let n = frame.to_light * tilt.cos() + frame.u * tilt.sin();
         let mesh = shapes::plane(DVec3::ZERO, a * half, frame.v * half);
         let map = light_map(&mesh, &light, 512, white.eta);
-        let shading = Shading::new(&white.material(), &light, &map, &noise, 0);
+        let shading = Shading::new(&white.material(), &light, &map, noise, 0);
         let receiver = facing(DVec3::ZERO, n);
         let cos = tilt.cos();
         let entering =
@@ -170,7 +170,7 @@ fn z_scores(name: &str, n: u32, frames: u32) -> Vec<f64> {
     let mesh = shapes::bumpy(8.0, 4);
     let map = light_map(&mesh, &light, 96, medium.eta);
     let noise = shade::noise();
-    let shading = Shading::new(&medium.material(), &light, &map, &noise, 0);
+    let shading = Shading::new(&medium.material(), &light, &map, noise, 0);
     let (view, gbuffer) = picture(&mesh, DVec3::ZERO, 8.0, 22);
     let receivers = receivers(&gbuffer, &view);
     assert!(receivers.len() >= 200, "only {} receivers", receivers.len());
@@ -232,11 +232,11 @@ fn frames_of_the_sequence_converge_to_exact() {
             .map(|receiver| {
                 let mean: DVec3 = (0..frames)
                     .map(|frame| {
-                        let shading = Shading::new(&medium.material(), &light, &map, &noise, frame);
+                        let shading = Shading::new(&medium.material(), &light, &map, noise, frame);
                         shade::samples(&shading, receiver, 30) / f64::from(frames)
                     })
                     .sum();
-                let shading = Shading::new(&medium.material(), &light, &map, &noise, 0);
+                let shading = Shading::new(&medium.material(), &light, &map, noise, 0);
                 (mean - shade::exact(&shading, receiver)).length_squared()
             })
             .sum();
@@ -262,7 +262,7 @@ fn no_pixel_is_ever_nan_or_infinite() {
                 ..slanted()
             };
             let map = light_map(&mesh, &light, 64, material.eta);
-            let shading = Shading::new(&material, &light, &map, &noise, 5);
+            let shading = Shading::new(&material, &light, &map, noise, 5);
             for multiple in [
                 Multiple::None,
                 Multiple::Brdf,
@@ -376,7 +376,7 @@ fn moving_the_scene_changes_nothing() {
         let mesh = shapes::moved(&mesh, offset);
         let map = light_map(&mesh, &light, 96, material.eta);
         let (view, gbuffer) = picture(&mesh, offset, 8.0, 32);
-        let shading = Shading::new(&material, &light, &map, &noise, 3);
+        let shading = Shading::new(&material, &light, &map, noise, 3);
         [Multiple::Exact, Multiple::Brdf, Multiple::Samples(30)]
             .map(|multiple| shade::shade(&gbuffer, &view, &shading, multiple, None, true))
     });
@@ -463,7 +463,7 @@ fn samples_do_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("a thread pool").install(|| {
             let map = light_map(&mesh, &slanted(), 64, medium.eta);
-            let shading = Shading::new(&medium.material(), &slanted(), &map, &noise, 0);
+            let shading = Shading::new(&medium.material(), &slanted(), &map, noise, 0);
             shade::shade(&gbuffer, &view, &shading, Multiple::Samples(30), None, true)
         })
     };

@@ -252,7 +252,7 @@ fn compare_shading(device: &TestDevice, plan: &Plan) -> (Vec<[f64; 4]>, Vec<[f64
     let map = device::light_map(&mut renderer);
     let gbuffer = device::gbuffer(&mut renderer, plan.size);
     let noise = cpu::shade::noise();
-    let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, noise, 0);
     shading.reduce(plan.multiple);
     let (view, march) = (renderer.view(0), plan.march(plan.multiple));
     let twin = if plan.scattering == Scattering::Half {
@@ -888,7 +888,7 @@ fn a_split_picture() {
     let map = device::light_map(&mut renderer);
     let gbuffer = device::gbuffer(&mut renderer, plan.size);
     let noise = cpu::shade::noise();
-    let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    let mut shading = Shading::new(&plan.scene.material, &plan.scene.light, &map, noise, 0);
     let mut twin = vec![[0.0; 4]; left.len()];
     for (columns, method) in plan.parts() {
         shading.reduce(method);

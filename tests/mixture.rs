@@ -113,7 +113,7 @@ fn edge(material: &Material, size: u32, mixture: Mixture) -> [[f64; 2]; 3] {
     let light = facing();
     let map = light_map(&mesh, &light, size, material.eta);
     let noise = shade::noise();
-    let mut shading = Shading::new(material, &light, &map, &noise, 0);
+    let mut shading = Shading::new(material, &light, &map, noise, 0);
     shading.reduce(Multiple::Mixture(mixture));
     let step = 0.19 * map.frame.texel;
     let points: Vec<[DVec3; 2]> = (-150..150)
@@ -284,7 +284,7 @@ fn errors(mesh: &Mesh, material: &Material, light: [f64; 2], methods: &[Multiple
     };
     let map = light_map(mesh, &light, 256, material.eta);
     let noise = shade::noise();
-    let mut shading = Shading::new(material, &light, &map, &noise, 0);
+    let mut shading = Shading::new(material, &light, &map, noise, 0);
     // Vertices that the viewer sees; on these meshes they are even enough.
     let receivers: Vec<Receiver> = (0..mesh.positions.len())
         .step_by(3)
@@ -382,7 +382,7 @@ fn a_tilted_plane_is_one_surface() {
     };
     let map = light_map(&plane, &light, 256, material.eta);
     let noise = shade::noise();
-    let mut shading = Shading::new(&material, &light, &map, &noise, 0);
+    let mut shading = Shading::new(&material, &light, &map, noise, 0);
     for (mixture, most) in [(Mixture::THREE, 0.015), (Mixture::FOUR, 0.026)] {
         shading.reduce(Multiple::Mixture(mixture));
         for p in receivers.iter().step_by(29) {

@@ -87,7 +87,7 @@ fn twin(plan: &Plan) -> Vec<[f64; 4]> {
     let gbuffer = view::draw(&mesh, &view, width, height);
     let map = light::draw(&mesh, &plan.light_frame(), plan.scene.material.eta);
     let noise = shade::noise();
-    let shading = shade::Shading::new(&plan.scene.material, &plan.scene.light, &map, &noise, 0);
+    let shading = shade::Shading::new(&plan.scene.material, &plan.scene.light, &map, noise, 0);
     let march = plan.march(plan.multiple);
     shade::shade(&gbuffer, &view, &shading, plan.multiple, march, false)
 }

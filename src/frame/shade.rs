@@ -18,9 +18,6 @@ use crate::ledger::Filter;
 use crate::optics::sampling;
 use crate::scene::{Exits, March, Multiple};
 
-/// Side of the blue-noise tile, in texels: large enough that its repetition does not show.
-const BLUE_NOISE_SIZE: u32 = 64;
-
 /// The pass that shades.
 pub struct ShadePass {
     parts: Vec<Part>,
@@ -300,13 +297,11 @@ pub fn variant(part: &PartDesc, filter: Filter) -> &'static Shader {
 
 /// Two channels of blue noise, which shift the sample sequence from pixel to pixel.
 fn blue_noise(device: &Arc<Device>) -> gpu::Result<Image> {
-    let [x, y] = [1, 2].map(|seed| sampling::blue_noise(BLUE_NOISE_SIZE as usize, seed));
-    let texels: Vec<[f32; 2]> = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     let image = Image::new(
         device,
         "blue noise",
         ImageDesc {
-            size: [BLUE_NOISE_SIZE; 2],
+            size: [sampling::NOISE_SIZE as u32; 2],
             format: vk::Format::R32G32_SFLOAT,
             usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
         },
@@ -314,7 +309,7 @@ fn blue_noise(device: &Arc<Device>) -> gpu::Result<Image> {
     submit::upload_image(
         device,
         &image,
-        bytemuck::cast_slice(&texels),
+        bytemuck::cast_slice(sampling::noise()),
         Use::FRAGMENT_SAMPLE,
     )?;
     Ok(image)

@@ -1,5 +1,6 @@
 //! Descriptor sets, written whole when they are made and never after.
 
+use std::hash::Hash;
 use std::sync::Arc;
 
 use ash::vk;
@@ -67,6 +68,7 @@ pub struct DescriptorSets {
     pool: vk::DescriptorPool,
     sets: Vec<vk::DescriptorSet>,
     kinds: Vec<Option<vk::DescriptorType>>,
+    stages: vk::ShaderStageFlags,
     device: Arc<Device>,
 }
 
@@ -111,6 +113,7 @@ impl DescriptorSets {
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
             kinds,
+            stages,
             device: Arc::clone(device),
         };
         device.name(layout, name);
@@ -178,6 +181,11 @@ impl DescriptorSets {
     /// Whether the sets have a binding of this number.
     pub(crate) fn has(&self, number: u32) -> bool {
         self.kinds.get(number as usize).copied().flatten().is_some()
+    }
+
+    /// What sets have in common whose pipelines can be used for each other: their layouts are defined identically.
+    pub(super) fn signature(&self) -> impl Hash {
+        (self.stages, &self.kinds)
     }
 
     /// The set of frame slot `slot`.

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, vk};
 use gpu_allocator::vulkan as allocator;
 
+use super::kept::Keeper;
 use super::{Error, Instance, Result, ShaderSource, check, lock};
 
 /// A physical device, and what it offers of what is needed.
@@ -269,6 +270,7 @@ pub struct Device {
     debug: Option<ext::debug_utils::Device>,
     candidate: Candidate,
     made: Made,
+    pub(super) pipelines: Keeper,
     shader_source: Mutex<Option<Arc<ShaderSource>>>,
     instance: Arc<Instance>,
 }
@@ -343,6 +345,7 @@ impl Device {
             debug,
             candidate: candidate.clone(),
             made: Made::default(),
+            pipelines: Keeper::default(),
             shader_source: Mutex::default(),
             instance: Arc::clone(instance),
             raw,
@@ -382,7 +385,7 @@ impl Device {
     }
 
     /// The instance it belongs to.
-    pub fn instance(&self) -> &Instance {
+    pub fn instance(&self) -> &Arc<Instance> {
         &self.instance
     }
 
@@ -434,6 +437,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
+        self.pipelines.clear(&self.raw);
         // SAFETY: whatever was made from the device holds a share of it, so all of it is
         // gone; the allocator goes first, since it frees device memory.
         unsafe {

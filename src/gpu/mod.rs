@@ -11,6 +11,7 @@ pub mod descriptor;
 pub mod device;
 pub mod image;
 pub mod instance;
+mod kept;
 pub mod memory;
 pub mod pipeline;
 pub mod query;

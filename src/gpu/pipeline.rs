@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 
 use ash::vk;
 
+use super::kept::{Kept, key};
 use super::{DescriptorSets, Device, Image, check};
 
 /// Which build of a shader its SPIR-V is.
@@ -76,25 +77,29 @@ struct Module<'a> {
     device: &'a Device,
 }
 
-impl<'a> Module<'a> {
-    fn new(device: &'a Device, shader: &'a Shader, sets: &DescriptorSets) -> super::Result<Self> {
-        let given = match device.shader_source() {
-            Some(source) => source(shader).map_err(super::Error::Shader)?,
-            None => None,
-        };
-        let own = shader.words();
-        if let Some(given) = &given {
-            // Drivers crash on these.
-            let known = |binding: &u32| sets.has(*binding) || bindings(&own).contains(binding);
-            if let Some(binding) = bindings(given).iter().find(|binding| !known(binding)) {
-                return Err(super::Error::Shader(format!(
-                    "{}: its pass has no binding {binding}; only a new build of the program can add one",
-                    shader.name
-                )));
-            }
+/// The SPIR-V that the pipelines of `shader` over `sets` are made of now.
+fn code(device: &Device, shader: &Shader, sets: &DescriptorSets) -> super::Result<Vec<u32>> {
+    let given = match device.shader_source() {
+        Some(source) => source(shader).map_err(super::Error::Shader)?,
+        None => None,
+    };
+    let own = shader.words();
+    if let Some(given) = &given {
+        // Drivers crash on these.
+        let known = |binding: &u32| sets.has(*binding) || bindings(&own).contains(binding);
+        if let Some(binding) = bindings(given).iter().find(|binding| !known(binding)) {
+            return Err(super::Error::Shader(format!(
+                "{}: its pass has no binding {binding}; only a new build of the program can add one",
+                shader.name
+            )));
         }
-        let words = given.unwrap_or(own);
-        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+    }
+    Ok(given.unwrap_or(own))
+}
+
+impl<'a> Module<'a> {
+    fn new(device: &'a Device, shader: &'a Shader, words: &[u32]) -> super::Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words come from shaderc, which emits valid SPIR-V.
         let raw = check("vkCreateShaderModule", unsafe {
             device.raw.create_shader_module(&info, None)
@@ -182,15 +187,37 @@ fn layout(
     Ok(raw)
 }
 
+/// Names and keeps what the driver has `made` in `call`; on a fault nothing stays behind.
+fn kept(
+    device: &Device,
+    (call, name): (&'static str, &str),
+    key: u64,
+    layout: vk::PipelineLayout,
+    made: Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+) -> super::Result<Arc<Kept>> {
+    device.made().pipelines.fetch_add(1, Ordering::Relaxed);
+    match check(call, made.map_err(|(_, result)| result)) {
+        Ok(raw) => {
+            // Before another thread can have it.
+            device.name(raw[0], name);
+            Ok(device.pipelines.keep(&device.raw, key, raw[0], layout))
+        }
+        Err(error) => {
+            // SAFETY: no pipeline was made over it.
+            unsafe { device.raw.destroy_pipeline_layout(layout, None) };
+            Err(error)
+        }
+    }
+}
+
 /// A compute pipeline.
 pub struct ComputePipeline {
-    pub(crate) raw: vk::Pipeline,
-    pub(crate) layout: vk::PipelineLayout,
+    kept: Arc<Kept>,
     device: Arc<Device>,
 }
 
 impl ComputePipeline {
-    /// Makes the pipeline of `shader` over `sets`, with `push_bytes` of push constants.
+    /// Makes the pipeline of `shader` over `sets`, with `push_bytes` of push constants, unless there is one.
     ///
     /// # Errors
     /// What the driver says.
@@ -201,14 +228,18 @@ impl ComputePipeline {
         push_bytes: u32,
         constants: &[u32],
     ) -> super::Result<Self> {
-        let push = (push_bytes > 0).then_some((vk::ShaderStageFlags::COMPUTE, push_bytes));
-        let layout = layout(device, shader.name, sets, push)?;
-        let mut pipeline = ComputePipeline {
-            raw: vk::Pipeline::null(),
-            layout,
+        let words = code(device, shader, sets)?;
+        let key = key((shader.name, &words, sets.signature(), push_bytes, constants));
+        let own = |kept| ComputePipeline {
+            kept,
             device: Arc::clone(device),
         };
-        let module = Module::new(device, shader, sets)?;
+        if let Some(kept) = device.pipelines.find(key) {
+            return Ok(own(kept));
+        }
+        let module = Module::new(device, shader, &words)?;
+        let push = (push_bytes > 0).then_some((vk::ShaderStageFlags::COMPUTE, push_bytes));
+        let layout = layout(device, shader.name, sets, push)?;
         let (entries, data) = specialization(constants);
         let values = vk::SpecializationInfo::default()
             .map_entries(&entries)
@@ -217,18 +248,13 @@ impl ComputePipeline {
             .stage(module.stage().specialization_info(&values))
             .layout(layout);
         // SAFETY: module and layout are alive and match.
-        device.made().pipelines.fetch_add(1, Ordering::Relaxed);
         let made = unsafe {
             device
                 .raw
                 .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
         };
-        pipeline.raw = check(
-            "vkCreateComputePipelines",
-            made.map_err(|(_, result)| result),
-        )?[0];
-        device.name(pipeline.raw, shader.name);
-        Ok(pipeline)
+        let call = ("vkCreateComputePipelines", shader.name);
+        kept(device, call, key, layout, made).map(own)
     }
 
     /// Binds the pipeline and the set of frame slot `slot`.
@@ -237,8 +263,7 @@ impl ComputePipeline {
             &self.device,
             commands,
             vk::PipelineBindPoint::COMPUTE,
-            self.raw,
-            self.layout,
+            &self.kept,
             sets.set(slot),
         );
     }
@@ -249,7 +274,7 @@ impl ComputePipeline {
         unsafe {
             self.device.raw.cmd_push_constants(
                 commands,
-                self.layout,
+                self.kept.layout,
                 vk::ShaderStageFlags::COMPUTE,
                 0,
                 data,
@@ -285,30 +310,19 @@ impl ComputePipeline {
     }
 }
 
-impl Drop for ComputePipeline {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the device's last use before they drop the pipeline.
-        unsafe {
-            self.device.raw.destroy_pipeline(self.raw, None);
-            self.device.raw.destroy_pipeline_layout(self.layout, None);
-        }
-    }
-}
-
 fn bind(
     device: &Device,
     commands: vk::CommandBuffer,
     point: vk::PipelineBindPoint,
-    pipeline: vk::Pipeline,
-    layout: vk::PipelineLayout,
+    pipeline: &Kept,
     set: vk::DescriptorSet,
 ) {
-    // SAFETY: `commands` is being recorded; pipeline, layout and set belong together.
+    // SAFETY: `commands` is being recorded; the pipeline's layout is that of the set.
     unsafe {
-        device.raw.cmd_bind_pipeline(commands, point, pipeline);
+        device.raw.cmd_bind_pipeline(commands, point, pipeline.raw);
         device
             .raw
-            .cmd_bind_descriptor_sets(commands, point, layout, 0, &[set], &[]);
+            .cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
     }
 }
 
@@ -317,6 +331,8 @@ pub struct RenderPass {
     pub(crate) raw: vk::RenderPass,
     framebuffer: vk::Framebuffer,
     size: [u32; 2],
+    // What other passes have in common with it, over which its pipelines can be used.
+    signature: u64,
     device: Arc<Device>,
 }
 
@@ -344,6 +360,7 @@ impl RenderPass {
             raw,
             framebuffer: vk::Framebuffer::null(),
             size,
+            signature: compatibility(info),
             device: Arc::clone(device),
         };
         device.name(raw, name);
@@ -422,6 +439,53 @@ impl Drop for RenderPass {
     }
 }
 
+/// Stands for all that compatible render passes have in common (Vulkan 1.3, 8.2): formats and samples of what their
+/// attachments refer to, subpass by subpass, and the dependencies; for none of the layouts, loads and stores.
+fn compatibility(info: &vk::RenderPassCreateInfo<'_>) -> u64 {
+    // SAFETY: the slices were lent to `info` for its lifetime, and it tells their lengths; so with what they refer to.
+    unsafe fn slice<'a, T>(first: *const T, count: u32) -> &'a [T] {
+        if first.is_null() {
+            return &[];
+        }
+        unsafe { std::slice::from_raw_parts(first, count as usize) }
+    }
+    // SAFETY: as above.
+    let (attachments, subpasses, dependencies) = unsafe {
+        (
+            slice(info.p_attachments, info.attachment_count),
+            slice(info.p_subpasses, info.subpass_count),
+            slice(info.p_dependencies, info.dependency_count),
+        )
+    };
+    let attachments: Vec<_> = attachments.iter().map(|a| (a.format, a.samples)).collect();
+    let subpasses: Vec<_> = subpasses
+        .iter()
+        .map(|subpass| {
+            // SAFETY: as above.
+            let (inputs, colors, depth) = unsafe {
+                (
+                    slice(subpass.p_input_attachments, subpass.input_attachment_count),
+                    slice(subpass.p_color_attachments, subpass.color_attachment_count),
+                    slice(subpass.p_depth_stencil_attachment, 1),
+                )
+            };
+            [inputs, colors, depth].map(|all| all.iter().map(|a| a.attachment).collect::<Vec<_>>())
+        })
+        .collect();
+    let dependencies: Vec<_> = dependencies
+        .iter()
+        .map(|d| {
+            (
+                [d.src_subpass, d.dst_subpass],
+                [d.src_stage_mask, d.dst_stage_mask],
+                [d.src_access_mask, d.dst_access_mask],
+                d.dependency_flags,
+            )
+        })
+        .collect();
+    key((attachments, subpasses, dependencies))
+}
+
 /// What a graphics pipeline of this program may differ in.
 #[derive(Clone, Copy)]
 pub struct GraphicsDesc<'a> {
@@ -469,13 +533,12 @@ impl<'a> GraphicsDesc<'a> {
 
 /// A graphics pipeline with dynamic viewport and scissor.
 pub struct GraphicsPipeline {
-    pub(crate) raw: vk::Pipeline,
-    pub(crate) layout: vk::PipelineLayout,
+    kept: Arc<Kept>,
     device: Arc<Device>,
 }
 
 impl GraphicsPipeline {
-    /// Makes the pipeline for one subpass of `pass`.
+    /// Makes the pipeline for one subpass of `pass`, unless there is one.
     ///
     /// # Errors
     /// What the driver says.
@@ -486,18 +549,30 @@ impl GraphicsPipeline {
         sets: &DescriptorSets,
     ) -> super::Result<Self> {
         let name = desc.fragment.unwrap_or(desc.vertex).name;
-        let layout = layout(device, name, sets, None)?;
-        let mut pipeline = GraphicsPipeline {
-            raw: vk::Pipeline::null(),
-            layout,
+        let code = |shader: &Shader| code(device, shader, sets);
+        let vertex_words = code(desc.vertex)?;
+        let fragment_words = desc.fragment.map(code).transpose()?;
+        let key = key((
+            (name, &vertex_words, &fragment_words, desc.constants),
+            (desc.vertices, desc.cull, desc.front, desc.depth),
+            (desc.colors, desc.blends, desc.subpass, pass.signature),
+            sets.signature(),
+        ));
+        let own = |kept| GraphicsPipeline {
+            kept,
             device: Arc::clone(device),
         };
+        if let Some(kept) = device.pipelines.find(key) {
+            return Ok(own(kept));
+        }
 
-        let vertex = Module::new(device, desc.vertex, sets)?;
+        let vertex = Module::new(device, desc.vertex, &vertex_words)?;
         let fragment = desc
             .fragment
-            .map(|f| Module::new(device, f, sets))
+            .zip(fragment_words.as_ref())
+            .map(|(shader, words)| Module::new(device, shader, words))
             .transpose()?;
+        let layout = layout(device, name, sets, None)?;
         let (entries, data) = specialization(desc.constants);
         let values = vk::SpecializationInfo::default()
             .map_entries(&entries)
@@ -581,18 +656,13 @@ impl GraphicsPipeline {
             .render_pass(pass.raw)
             .subpass(desc.subpass);
         // SAFETY: everything `info` points to is alive and matches the pass.
-        device.made().pipelines.fetch_add(1, Ordering::Relaxed);
         let made = unsafe {
             device
                 .raw
                 .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
         };
-        pipeline.raw = check(
-            "vkCreateGraphicsPipelines",
-            made.map_err(|(_, result)| result),
-        )?[0];
-        device.name(pipeline.raw, name);
-        Ok(pipeline)
+        let call = ("vkCreateGraphicsPipelines", name);
+        kept(device, call, key, layout, made).map(own)
     }
 
     /// Binds the pipeline and the set of frame slot `slot`.
@@ -601,8 +671,7 @@ impl GraphicsPipeline {
             &self.device,
             commands,
             vk::PipelineBindPoint::GRAPHICS,
-            self.raw,
-            self.layout,
+            &self.kept,
             sets.set(slot),
         );
     }
@@ -643,16 +712,6 @@ impl GraphicsPipeline {
         unsafe {
             self.device.raw.cmd_set_scissor(commands, 0, &[scissor]);
             self.device.raw.cmd_draw(commands, 3, 1, 0, 0);
-        }
-    }
-}
-
-impl Drop for GraphicsPipeline {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the device's last use before they drop the pipeline.
-        unsafe {
-            self.device.raw.destroy_pipeline(self.raw, None);
-            self.device.raw.destroy_pipeline_layout(self.layout, None);
         }
     }
 }

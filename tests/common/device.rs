@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use glam::{DVec2, DVec3};
 use marmor::cpu::{GBuffer, LightMap};
 use marmor::frame::{Options, Renderer, Setup, Target, open_device};
-use marmor::gpu::Device;
+use marmor::gpu::{Device, Instance};
 use marmor::scene::{
     Camera, Jitter, Light, Material, Mesh, Multiple, Plan, Scattering, Scene, Single,
 };
@@ -13,9 +13,16 @@ use marmor::scene::{
 /// One GPU test at a time: the device is shared, and two cores are few.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// A device for one test. When it goes, anything the validation layer said fails the test.
+/// A device for one test. When it has gone, anything the validation layer said fails the test: of its end, too, which tells
+/// of what was never destroyed.
 pub struct TestDevice {
+    // Dropped first.
     pub device: Arc<Device>,
+    _watch: Watch,
+}
+
+struct Watch {
+    instance: Arc<Instance>,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -26,28 +33,29 @@ pub struct TestDevice {
 /// makes its absence a failure.
 pub fn device() -> Option<TestDevice> {
     let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let watched = options(true);
-    match open_device(&watched) {
-        Ok(device) => Some(TestDevice {
-            device,
-            _turn: turn,
-        }),
+    let opened = open_device(&options(true)).or_else(|error| {
+        assert!(!set("MARMOR_REQUIRE_VALIDATION"), "{error}");
+        let opened = open_device(&options(false));
+        if opened.is_ok() {
+            eprintln!("without validation: {error}");
+        }
+        opened
+    });
+    match opened {
+        Ok(device) => {
+            let watch = Watch {
+                instance: Arc::clone(device.instance()),
+                _turn: turn,
+            };
+            Some(TestDevice {
+                device,
+                _watch: watch,
+            })
+        }
         Err(error) => {
-            assert!(!set("MARMOR_REQUIRE_VALIDATION"), "{error}");
-            match open_device(&options(false)) {
-                Ok(device) => {
-                    eprintln!("without validation: {error}");
-                    Some(TestDevice {
-                        device,
-                        _turn: turn,
-                    })
-                }
-                Err(error) => {
-                    assert!(!set("MARMOR_REQUIRE_DEVICE"), "{error}");
-                    eprintln!("skipped: {error}");
-                    None
-                }
-            }
+            assert!(!set("MARMOR_REQUIRE_DEVICE"), "{error}");
+            eprintln!("skipped: {error}");
+            None
         }
     }
 }
@@ -72,9 +80,9 @@ pub fn set(name: &str) -> bool {
     std::env::var_os(name).is_some_and(|value| !value.is_empty() && value != "0")
 }
 
-impl Drop for TestDevice {
+impl Drop for Watch {
     fn drop(&mut self) {
-        let messages = self.device.instance().take_messages();
+        let messages = self.instance.take_messages();
         if !std::thread::panicking() {
             assert!(
                 messages.is_empty(),

@@ -20,13 +20,11 @@ pub use single::{Medium, exit_length, single};
 use crate::cpu::boxes::boxes;
 use crate::cpu::reduce::{self, pyramid};
 use crate::cpu::{GBuffer, LightMap, volume};
-use crate::optics::sampling::{blue_noise, r2};
+use crate::optics::sampling::r2;
+pub use crate::optics::sampling::{NOISE_SIZE, noise};
 use crate::optics::single::PathFit;
 use crate::optics::{Dipole, fresnel, specular as microfacet};
 use crate::scene::{Light, March, Material, Mixture, Multiple, Taps, View};
-
-/// Texels along a side of the tile of blue noise.
-pub const NOISE_SIZE: usize = 64;
 
 /// Interpolated normals may turn away from the viewer where the triangle does not. How grazing
 /// may light leave? The clamp touches the outer 2 % of a sphere's radius, and spares it the
@@ -176,16 +174,6 @@ impl<'a> Shading<'a> {
         let [x, y] = pixel.map(|k| k as usize % NOISE_SIZE);
         r2(self.noise[y * NOISE_SIZE + x].map(f64::from), self.frame)
     }
-}
-
-/// The tile of blue noise the renderer uses: channels of seeds 1 and 2.
-pub fn noise() -> Vec<[f32; 2]> {
-    let second = blue_noise(NOISE_SIZE, 2);
-    blue_noise(NOISE_SIZE, 1)
-        .into_iter()
-        .zip(second)
-        .map(|(a, b)| [a, b])
-        .collect()
 }
 
 /// Radiance of the specular reflection at `receiver`: E0 f cos(theta) times visibility.

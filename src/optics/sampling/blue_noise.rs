@@ -1,5 +1,7 @@
 //! Blue noise by void and cluster.
 
+use std::sync::LazyLock;
+
 /// Width of the Gaussian that measures crowding, texels. Ulichney recommends 1.5, and 1.9
 /// spreads the ranks of a small texture more evenly.
 const SIGMA: f64 = 1.9;
@@ -7,6 +9,19 @@ const SIGMA: f64 = 1.9;
 /// Reach of that Gaussian, texels: beyond it a contribution is lost in the rounding of the
 /// texel's own.
 const REACH: usize = 16;
+
+/// Texels along a side of [`noise`]: enough that its repetition does not show.
+pub const NOISE_SIZE: usize = 64;
+
+/// The tile that shifts the sample sequence from pixel to pixel, [`NOISE_SIZE`] x [`NOISE_SIZE`] (row-major): two channels
+/// of [`blue_noise`], of seeds 1 and 2. Made when it is first asked for.
+pub fn noise() -> &'static [[f32; 2]] {
+    static TILE: LazyLock<Vec<[f32; 2]>> = LazyLock::new(|| {
+        let [x, y] = [1, 2].map(|seed| blue_noise(NOISE_SIZE, seed));
+        x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()
+    });
+    &TILE
+}
 
 /// A tile of `size` x `size` values (row-major) whose neighbours differ as much as they can.
 ///
