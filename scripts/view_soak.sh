@@ -78,7 +78,7 @@ phase() {
     local seconds=$1 key=$2 sampled=0 start status=0 closed
     shift 2
     say "view $*, $seconds s"
-    "$marmor" view "$@" -v --frames-averaged 8 --saves "$folder" \
+    "$marmor" view "$@" -vv --frames-averaged 8 --saves "$folder" \
         ${MARMOR_SOAK_VALIDATION:+--validation} 2>"$folder/log" &
     viewer=$!
     window=$(timeout 60 xdotool search --sync --onlyvisible --name '^marmor$' | head -n 1)
@@ -108,7 +108,8 @@ phase() {
     wait "$viewer" || status=$?
     viewer=''
     closed=$(grep -o 'closed: .*' "$folder/log" || true)
-    say "${closed:-not closed}"
+    say "${closed:-not closed}; the slowest frames:"
+    { grep 'was slow: ' "$folder/log" || true; } | sed 's/^.*frame/frame/' | sort -t: -k2 -rn | head -n 5
     python3 - "$folder/memory" "$status" "$closed" <<'CHECK' || failed=1
 import re, statistics, sys
 path, status, closed = sys.argv[1:]

@@ -23,7 +23,7 @@ pub struct Facts<'a> {
     /// The last frames of the window.
     pub timing: &'a Timing,
     /// What the passes of the last picture cost.
-    pub costs: Vec<super::session::Cost>,
+    pub costs: &'a [super::session::Cost],
     /// Device time of composing the window, ms.
     pub compose: Option<f64>,
     /// How frames are shown.
@@ -166,6 +166,13 @@ impl Panel {
         let central = egui::CentralPanel::default().frame(egui::Frame::NONE);
         central.show(ui, |ui| {
             self.show_viewport(ui, session);
+            if let (false, Phase::Still(done, of)) = (roomy, session.phase())
+                && done < of
+            {
+                let mut line = self.viewport;
+                line.set_top(line.bottom() - 2.0);
+                show_progress(ui, line, session.phase());
+            }
             // The panel has a line for what is told; without one, it stands here.
             let told = self.told().filter(|(_, wrong)| *wrong && !roomy);
             let fault = told.map(|(text, _)| text).or(session.fault.as_ref());
@@ -279,16 +286,10 @@ impl Panel {
                 (format!("converging   {done} of {of} frames"), style::WARM)
             }
         };
-        let share = match session.phase() {
-            Phase::Still(done, of) => done as f32 / of.max(1) as f32,
-            Phase::Draft(_) => 0.0,
-        };
         ui.label(egui::RichText::new(text).color(color));
         let (rect, _) = ui.allocate_exact_size(vec2(style::WIDTH - 42.0, 3.0), Sense::hover());
         ui.painter().rect_filled(rect, 1.5, style::RAISED);
-        let mut done = rect;
-        done.set_width(rect.width() * share);
-        ui.painter().rect_filled(done, 1.5, style::WARM);
+        show_progress(ui, rect, session.phase());
         // A line of its own, there or not, lest the settings below move under the pointer.
         let (text, color) = match (self.told(), facts.saving) {
             (Some((text, true)), _) => (text.as_str(), style::FAULT),
@@ -617,6 +618,16 @@ impl Panel {
         let closes = context.input(|input| input.events.iter().any(closes));
         self.quits |= closes;
     }
+}
+
+/// In `rect`, how much of the still is drawn.
+fn show_progress(ui: &Ui, mut rect: Rect, phase: Phase) {
+    let share = match phase {
+        Phase::Still(done, of) => done as f32 / of.max(1) as f32,
+        Phase::Draft(_) => 0.0,
+    };
+    rect.set_width(rect.width() * share);
+    ui.painter().rect_filled(rect, 1.5, style::WARM);
 }
 
 /// What went wrong, over the lower edge of the picture's place `rect`.

@@ -308,7 +308,7 @@ impl Session {
 
     /// Frames that a still is averaged over.
     pub fn frames(&self) -> u32 {
-        self.wanted.frames_averaged.unwrap_or(FRAMES)
+        frames_of(&self.wanted)
     }
 
     /// Whether the still is whole.
@@ -377,8 +377,8 @@ impl Session {
         self.settle(drawn)
     }
 
-    /// Turns what only this picture suffers from into a [`Session::fault`].
-    fn settle(&mut self, drawn: Result<(), Error>) -> Result<(), Error> {
+    /// Turns what only this picture suffers from into a [`Session::fault`], and then says what `T` says of nothing.
+    fn settle<T: Default>(&mut self, drawn: Result<T, Error>) -> Result<T, Error> {
         match drawn {
             Err(Error::Device(error)) if !error.is_fatal() => {
                 let message = match error {
@@ -391,13 +391,13 @@ impl Session {
                 tracing::warn!("{message}");
                 self.fault = Some(message);
                 self.stuck = true;
-                Ok(())
+                Ok(T::default())
             }
             Err(Error::Input(message)) => {
                 tracing::warn!("{message}");
                 self.fault = Some(message);
                 self.stuck = true;
-                Ok(())
+                Ok(T::default())
             }
             drawn => drawn,
         }
@@ -492,10 +492,7 @@ impl Session {
             return Ok(false);
         }
         let warmed = self.warm_draft(presenter, plan);
-        let mut more = false;
-        let settled = warmed.map(|made| more = made);
-        self.settle(settled)?;
-        Ok(more && self.fault.is_none())
+        self.settle(warmed)
     }
 
     /// Draws a draft that is not shown; true where it is made, and yet to be drawn.
@@ -807,6 +804,11 @@ impl Stage {
     }
 }
 
+/// Frames that a still of `request` is averaged over.
+fn frames_of(request: &Request) -> u32 {
+    request.frames_averaged.unwrap_or(FRAMES)
+}
+
 /// Refuses what no frame of a window can draw.
 fn check(request: &Request) -> Result<(), Error> {
     if request.fetch_budget.is_none()
@@ -835,7 +837,7 @@ fn planned(
     check(request)?;
     // The still's frames: to add them up is one fetch more.
     let request = Request {
-        frames_averaged: Some(request.frames_averaged.unwrap_or(FRAMES)),
+        frames_averaged: Some(frames_of(request)),
         ..request.clone()
     };
     let plan = request.plan_of(model)?;

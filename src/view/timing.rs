@@ -1,6 +1,8 @@
 //! How long frames took, for the rolling plot.
 
 use std::collections::VecDeque;
+use std::fmt;
+use std::time::{Duration, Instant};
 
 /// Frames that the plot shows.
 pub const KEPT: usize = 240;
@@ -14,6 +16,49 @@ pub struct Frame {
     pub picture: bool,
 }
 
+/// Where the time of one frame goes.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    start: Instant,
+    // Parts of the frame, and when each was done.
+    laps: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    /// A frame begins.
+    pub fn start() -> Clock {
+        Clock {
+            start: Instant::now(),
+            laps: Vec::new(),
+        }
+    }
+
+    /// What was done since the last such call, or the start, is `part`.
+    pub fn lap(&mut self, part: &'static str) {
+        self.laps.push((part, self.start.elapsed()));
+    }
+
+    /// From the start to the end of the last part, ms.
+    pub fn milliseconds(&self) -> f64 {
+        let (_, done) = self.laps.last().copied().unwrap_or_default();
+        1e3 * done.as_secs_f64()
+    }
+}
+
+impl fmt::Display for Clock {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{:.0} ms", self.milliseconds())?;
+        let mut before = Duration::ZERO;
+        for (k, &(part, done)) in self.laps.iter().enumerate() {
+            let separator = if k == 0 { ": " } else { ", " };
+            let took = 1e3 * (done - before).as_secs_f64();
+            write!(to, "{separator}{part} {took:.0}")?;
+            before = done;
+        }
+        Ok(())
+    }
+}
+
 /// The last frames of the window.
 #[derive(Clone, Debug, Default)]
 pub struct Timing {
@@ -25,19 +70,20 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// Adds a frame.
+    /// Adds a frame. The first is counted, and no more: what opens the window would dwarf all others in the plot.
     pub fn push(&mut self, frame: Frame) {
+        self.count += 1;
+        if self.count == 1 {
+            return;
+        }
         if self.frames.len() == KEPT {
             self.frames.pop_front();
         }
-        if self.count > 0 {
-            self.longest = self.longest.max(frame.milliseconds);
-        }
+        self.longest = self.longest.max(frame.milliseconds);
         self.frames.push_back(frame);
-        self.count += 1;
     }
 
-    /// The last frames, oldest first.
+    /// The last frames, oldest first, without the one that opened the window.
     pub fn frames(&self) -> impl Iterator<Item = &Frame> {
         self.frames.iter()
     }
@@ -54,6 +100,20 @@ impl Timing {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parts_of_a_frame_are_its_time() {
+        let mut clock = Clock::start();
+        assert_eq!(clock.to_string(), "0 ms");
+        clock.laps = vec![
+            ("panel", Duration::from_millis(3)),
+            ("picture", Duration::from_millis(45)),
+        ];
+        assert_eq!(clock.milliseconds(), 45.0);
+        assert_eq!(clock.to_string(), "45 ms: panel 3, picture 42");
+        clock.lap("window");
+        assert_eq!(clock.laps.len(), 3);
+    }
 
     #[test]
     fn it_keeps_the_last_frames() {
@@ -81,6 +141,7 @@ mod tests {
                 picture: true,
             });
         }
-        assert_eq!(timing.longest, 5.0);
+        assert_eq!((timing.count, timing.longest), (2, 5.0));
+        assert_eq!(timing.frames().count(), 1);
     }
 }

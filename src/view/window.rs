@@ -1,8 +1,8 @@
 //! The system's window: its events, and its frames.
 
 use super::panel::{Facts, Panel};
-use super::session::{Loaded, Phase, Session};
-use super::timing::{Frame, Timing};
+use super::session::{Cost, Loaded, Phase, Session};
+use super::timing::{Clock, Frame, Timing};
 use super::worker::Worker;
 use super::{Error, Settings, Summary, events, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
@@ -22,6 +22,9 @@ use winit::window::{Window, WindowId};
 /// How long after the last event does a still wait before it goes on? So long the panel alone is drawn, and answers at
 /// once.
 const QUIET: Duration = Duration::from_millis(100);
+
+/// From how long on is a frame so slow that -vv tells what took its time, ms?
+const SLOW: f64 = 250.0;
 
 /// How often does a window that cannot be drawn try again?
 const HIDDEN: Duration = Duration::from_millis(200);
@@ -180,6 +183,8 @@ struct Running {
     messages: Vec<String>,
     complaints: usize,
     saves: PathBuf,
+    // What the last frame cost that is known to be done; the first of another renderer is not, yet.
+    costs: Vec<Cost>,
     // Whether the picture is to be saved once it is whole.
     saving: bool,
     // Sees the shaders change, where they are watched.
@@ -248,6 +253,7 @@ impl Running {
             carried: drawn::Panel::default(),
             messages: Vec::new(),
             complaints: 0,
+            costs: Vec::new(),
             saves: settings.saves.clone(),
             saving: false,
             watcher,
@@ -302,7 +308,7 @@ impl Running {
     }
 
     fn redraw(&mut self) -> Result<(), Error> {
-        let start = Instant::now();
+        let mut clock = Clock::start();
         self.presenter.resize(self.window.inner_size().into());
         self.hear();
         // The panel first: it says what is wanted, and where the picture has its place.
@@ -319,9 +325,11 @@ impl Running {
         let quiet = moving || self.touched.elapsed() > QUIET || self.timing.count < 2;
         let draws = visible && quiet && (moving || !self.session.converged());
         let told = (self.session.phase(), self.session.fault.clone());
+        clock.lap("panel");
         if draws {
             self.session.draw(&mut self.presenter, moving)?;
         }
+        clock.lap("picture");
         let place = [x, y, width, height].map(|side| side as i32);
         if let (true, true, Some(fault)) = (draws, self.session.is_empty(), &self.session.fault) {
             // There is no picture to show it beside.
@@ -335,11 +343,13 @@ impl Running {
             self.carried.new = triangles.new;
             self.carried.gone = triangles.gone;
         }
+        clock.lap("window");
         self.save_if_whole()?;
         // Not beside a picture: each takes its time.
         let idle = visible && quiet && !draws;
         let warms = idle && self.session.warm(&mut self.presenter)?;
         let news = self.panel.ask(&mut self.worker, &self.session);
+        clock.lap("what follows");
 
         let now = Instant::now();
         let settled = self.session.settled();
@@ -366,9 +376,13 @@ impl Running {
                 .map_or(Next::Asked, Next::At)
         };
         self.timing.push(Frame {
-            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            milliseconds: clock.milliseconds(),
             picture: draws,
         });
+        if clock.milliseconds() > SLOW {
+            let (count, phase) = (self.timing.count, self.session.phase());
+            tracing::debug!("frame {count}, {phase:?}, was slow: {clock}");
+        }
         Ok(())
     }
 
@@ -395,9 +409,13 @@ impl Running {
         input.events.splice(0..0, std::mem::take(&mut self.later));
         self.later = events::split(&mut input.events);
         let device = Arc::clone(self.session.device());
+        let costs = self.session.costs();
+        if !costs.is_empty() {
+            self.costs = costs;
+        }
         let facts = Facts {
             timing: &self.timing,
-            costs: self.session.costs(),
+            costs: &self.costs,
             compose: self.presenter.milliseconds(),
             mode: self.presenter.mode(),
             messages: &self.messages,

@@ -105,6 +105,11 @@ pub fn row<R>(ui: &mut Ui, name: &str, show: impl FnOnce(&mut Ui) -> R) -> R {
     .inner
 }
 
+/// A setting, which can be changed where that has an effect on the picture.
+fn effective<R>(ui: &mut Ui, effect: bool, name: &str, show: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.add_enabled_ui(effect, |ui| row(ui, name, show)).inner
+}
+
 /// One of several words; whether it was changed.
 fn choice<T: PartialEq + Copy>(ui: &mut Ui, name: &str, value: &mut T, all: &[(T, &str)]) -> bool {
     let own = all
@@ -264,7 +269,8 @@ fn show_material(ui: &mut Ui, session: &mut Session) {
         ui.add(slider(&mut material.g, -0.95..=0.95).max_decimals(2))
             .changed()
     });
-    own |= row(ui, "roughness", |ui| {
+    let specular = wanted.specular;
+    own |= effective(ui, specular, "roughness", |ui| {
         ui.add(slider(&mut material.roughness, 0.02..=1.0).max_decimals(3))
             .changed()
     });
@@ -423,7 +429,10 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
             }
         });
     }
-    row(ui, "single", |ui| {
+    // What lies in an opaque surface scatters nothing.
+    let opaque = wanted.multiple == Method::Brdf;
+    let single = |wanted: &Request| !opaque && wanted.single != Single::Off;
+    effective(ui, !opaque, "single", |ui| {
         let mut on = wanted.single != Single::Off;
         if ui.checkbox(&mut on, "").changed() {
             memory.toggle_single(wanted);
@@ -435,12 +444,15 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
             }
         }
     });
-    row(ui, "exits", |ui| {
+    effective(ui, single(wanted), "exits", |ui| {
         for exits in [Exits::Linear, Exits::Nearest, Exits::Depth] {
             ui.selectable_value(&mut wanted.exits, exits, exits.name());
         }
     });
-    row(ui, "shaded at", |ui| {
+    // Whoever has asked for half the size can always take it back.
+    let half = wanted.scattering == Scattering::Half;
+    let halves = half || (!opaque && wanted.split.is_none());
+    effective(ui, halves, "shaded at", |ui| {
         for (size, word) in [(Scattering::Full, "full size"), (Scattering::Half, "half")] {
             ui.selectable_value(&mut wanted.scattering, size, word);
         }
@@ -471,9 +483,11 @@ fn show_picture(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
     row(ui, "terms", |ui| {
         ui.toggle_value(&mut wanted.specular, "specular");
         let mut single = wanted.single != Single::Off;
-        if ui.toggle_value(&mut single, "single").changed() {
-            memory.toggle_single(wanted);
-        }
+        ui.add_enabled_ui(wanted.multiple != Method::Brdf, |ui| {
+            if ui.toggle_value(&mut single, "single").changed() {
+                memory.toggle_single(wanted);
+            }
+        });
         let mut multiple = wanted.multiple != Method::None;
         if ui.toggle_value(&mut multiple, "multiple").changed() {
             memory.toggle_multiple(wanted);
