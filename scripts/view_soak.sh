@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The window under 30 minutes of scripted input: nothing leaks, and no frame takes longer than a second. What is done is
 # drawn by chance from a fixed seed: drags of the camera, the light and the divider, the wheel, keys, sizes; in the second
-# half the betta plays. Prints memory every 10 s; exits 1 where a bound does not hold.
+# half the betta plays. It is done in rounds of about a minute that are all alike, so that memory can be compared. Prints memory every 10 s; exits 1 where a bound does not hold. On a virtual machine the bound is for
+# a frame's time less what the host took of the CPUs in it, and both are printed.
 #
 #   scripts/view_soak.sh [MINUTES]
 #   MARMOR_SOAK_VALIDATION=1 scripts/view_soak.sh 5
@@ -18,6 +19,7 @@ marmor_setup --test
 build_marmor
 marmor=$CARGO_TARGET_DIR/release/marmor
 folder=$(mktemp -d)
+mkfifo "$folder/said"
 server='' viewer=''
 finish() {
     for process in $viewer $server; do kill "$process" 2>/dev/null || true; done
@@ -35,11 +37,30 @@ DISPLAY=:$(cat "$folder/display")
 export DISPLAY
 unset WAYLAND_DISPLAY WAYLAND_SOCKET
 
+# Acts of a round.
+ROUND=200
 failed=0
-RANDOM=2007
 between() { echo $(($1 + RANDOM % ($2 - $1 + 1))); }
 
-# Another size is rare: each makes all images of the picture anew.
+# How often which key was pressed in this round.
+declare -A pressed
+press() {
+    pressed[$1]=$((${pressed[$1]:-0} + 1))
+    xdotool key "$1"
+}
+
+# What keys have changed is as it was at the start, and what comes is what came then.
+new_round() {
+    local key
+    for key in s 1 2 c F1 space; do
+        [ $((${pressed[$key]:-0} % 2)) -eq 0 ] || press "$key"
+    done
+    while [ $((${pressed[m]:-0} % 5)) -ne 0 ]; do press m; done
+    xdotool windowsize "$window" 640 480
+    pressed=()
+    RANDOM=2007
+}
+
 act() {
     local x y
     x=$(between 20 380) y=$(between 20 280)
@@ -50,15 +71,16 @@ act() {
         # Wherever the divider stands, some of these meet it.
         19 | 2[0-2]) drag 1 $((200 + $(between -4 4))) "$y" ;;
         2[3-7]) xdotool mousemove "$x" "$y" click "$(between 4 5)" ;;
-        28) xdotool key m ;;
-        29 | 30) xdotool key s ;;
-        31) xdotool key "$(between 1 3)" ;;
-        32) xdotool key bracketleft ;;
-        33) xdotool key bracketright ;;
-        34) xdotool key c ;;
-        35) xdotool key F1 ;;
-        36) xdotool key f ;;
-        37 | 38) xdotool key "$1" ;;
+        28) press m ;;
+        29 | 30) press s ;;
+        31) press "$(between 1 2)" ;;
+        # Without multiple scattering, and with it again.
+        32) xdotool key 3 sleep 0.5 key 3 ;;
+        33) xdotool key bracketleft sleep 0.5 key bracketright ;;
+        34) press c ;;
+        35) press F1 ;;
+        36) press f ;;
+        37 | 38) press "$1" ;;
         39) xdotool windowsize "$window" "$(between 480 800)" "$(between 320 500)" ;;
         40) sleep 2 ;;
     esac
@@ -75,11 +97,13 @@ drag() {
 
 # phase SECONDS KEY ARGUMENTS...: a window for so long, with KEY among what is pressed.
 phase() {
-    local seconds=$1 key=$2 sampled=0 start status=0 closed
+    local seconds=$1 key=$2 sampled=0 acts=0 start status=0 closed listener
     shift 2
     say "view $*, $seconds s"
+    python3 scripts/stolen.py <"$folder/said" >"$folder/log" &
+    listener=$!
     "$marmor" view "$@" -vv --frames-averaged 8 --saves "$folder" \
-        ${MARMOR_SOAK_VALIDATION:+--validation} 2>"$folder/log" &
+        ${MARMOR_SOAK_VALIDATION:+--validation} 2>"$folder/said" &
     viewer=$!
     window=$(timeout 60 xdotool search --sync --onlyvisible --name '^marmor$' | head -n 1)
     xdotool windowfocus --sync "$window"
@@ -87,12 +111,15 @@ phase() {
     start=$SECONDS
     while [ $((SECONDS - start)) -lt "$seconds" ]; do
         if ! kill -0 "$viewer" 2>/dev/null; then
+            wait "$listener" || true
             complain "the window has gone:"
             tail -n 5 "$folder/log" >&2
             wait "$viewer" || true
             viewer='' failed=1
             return
         fi
+        [ $((acts % ROUND)) -ne 0 ] || new_round
+        acts=$((acts + 1))
         act "$key"
         if [ $((SECONDS - start)) -ge "$sampled" ]; then
             sampled=$((SECONDS - start + 10))
@@ -106,13 +133,13 @@ phase() {
     done
     kill "$viewer" 2>/dev/null || true
     wait "$viewer" || status=$?
+    wait "$listener" || true
     viewer=''
     closed=$(grep -o 'closed: .*' "$folder/log" || true)
-    say "${closed:-not closed}; the slowest frames:"
-    { grep 'was slow: ' "$folder/log" || true; } | sed 's/^.*frame/frame/' | sort -t: -k2 -rn | head -n 5
-    python3 - "$folder/memory" "$status" "$closed" <<'CHECK' || failed=1
+    say "${closed:-not closed}"
+    python3 - "$folder/memory" "$folder/log" "$status" "$closed" <<'CHECK' || failed=1
 import re, statistics, sys
-path, status, closed = sys.argv[1:]
+path, log, status, closed = sys.argv[1:]
 memory = [int(line) / 1024 for line in open(path)]
 print("MiB:", " ".join(f"{x:.0f}" for x in memory))
 faults = [] if status == "0" else [f"exit code {status}"]
@@ -131,8 +158,17 @@ said = re.search(r"the longest (\d+) ms, (\d+) validation", closed)
 if not said:
     faults.append("it did not close by itself")
 else:
-    if int(said[1]) >= 1000:
-        faults.append(f"a frame took {said[1]} ms")
+    slow = re.compile(r"frame (\d+).*was slow: (\d+) ms.*; stolen (\d+) ms")
+    found = [slow.search(line) for line in open(log)]
+    # The first opens the window.
+    found = [(int(f[2]) - int(f[3]), f[0]) for f in found if f and f[1] != "1"]
+    found.sort(reverse=True)
+    print("the slowest frames, less what was stolen:", *(f"{own} ms: {words}" for own, words in found[:5]), sep="\n  ")
+    print("and by the clock:", *sorted((w for _, w in found), key=lambda w: -int(slow.search(w)[2]))[:3], sep="\n  ")
+    if int(said[1]) >= 1000 and not found:
+        faults.append(f"a frame took {said[1]} ms, and is not told of")
+    if found and found[0][0] >= 1000:
+        faults.append(f"a frame took {found[0][0]} ms")
     if said[2] != "0":
         faults.append(f"{said[2]} validation messages")
 print("FAILED: " + ", ".join(faults) if faults else "ok")
