@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Copies what marmor says at -vv, and adds to each slow frame how long the host had the CPUs meanwhile.
+"""Copies what marmor says at -vv, and adds to each slow frame how long the host had each of the CPUs meanwhile.
 
 The host of a virtual machine may run others on its CPUs (`steal` in /proc/stat, proc(5)). What that takes is time of the
 clock, and none of the program's: on a machine of its own it is 0.
@@ -38,9 +38,9 @@ for line in sys.stdin:
     slow = re.search(r"was slow: (\d+) ms", line)
     if slow:
         begin = time.monotonic() - int(slow[1]) / 1e3
-        # From the first sample in the frame on, and of the CPU that lost least: what is not known is the program's.
+        samples.append((time.monotonic(), stolen()))
         within = [taken for at, taken in list(samples) if at >= begin]
-        taken = min(now - then for now, then in zip(stolen(), within[0])) if within else 0
-        line = f"{line.rstrip()}; stolen {min(taken, int(slow[1])):.0f} ms\n"
+        lost = [f"{now - then:.0f}" for then, now in zip(within[0], within[-1])]
+        line = f"{line.rstrip()}; stolen of the CPUs: {', '.join(lost)} ms\n"
     sys.stdout.write(line)
     sys.stdout.flush()

@@ -1,8 +1,11 @@
 #!/usr/bin/env bash
 # The window under 30 minutes of scripted input: nothing leaks, and no frame takes longer than a second. What is done is
 # drawn by chance from a fixed seed: drags of the camera, the light and the divider, the wheel, keys, sizes; in the second
-# half the betta plays. It is done in rounds of about a minute that are all alike, so that memory can be compared. Prints memory every 10 s; exits 1 where a bound does not hold. On a virtual machine the bound is for
-# a frame's time less what the host took of the CPUs in it, and both are printed.
+# half the betta plays. It is done in rounds of about a minute that are all alike, so that memory can be compared. Prints
+# memory every 10 s; exits 1 where a bound does not hold.
+#
+# The bound is for the time of the clock. On a virtual machine that is the host's as well: what it took of the CPUs is printed
+# beside each slow frame (stolen.py), and where it took much a run says nothing of the program: run it again.
 #
 #   scripts/view_soak.sh [MINUTES]
 #   MARMOR_SOAK_VALIDATION=1 scripts/view_soak.sh 5
@@ -143,32 +146,26 @@ path, log, status, closed = sys.argv[1:]
 memory = [int(line) / 1024 for line in open(path)]
 print("MiB:", " ".join(f"{x:.0f}" for x in memory))
 faults = [] if status == "0" else [f"exit code {status}"]
-fifth = len(memory) // 5
-if fifth < 1:
+quarter = len(memory) // 4
+if quarter < 1:
     faults.append(f"{len(memory)} samples are too few to see whether memory grows")
 else:
-    # The first fifth is warm-up: every method and size is met for the first time there.
-    before = statistics.median(memory[fifth:2 * fifth])
-    after = statistics.median(memory[-fifth:])
-    most = max(8, 0.03 * before)
-    print(f"from {before:.1f} to {after:.1f} MiB, at most {most:.1f} more")
-    if after - before >= most:
+    # The first half is warm-up: what the driver compiles stays, 10 MiB for each pipeline that shades, until as many are
+    # kept as may be (src/gpu/kept.rs); which drafts are drawn depends on the time they take, so that rounds differ there.
+    before = statistics.median(memory[-2 * quarter:-quarter])
+    after = statistics.median(memory[-quarter:])
+    print(f"from {before:.1f} to {after:.1f} MiB, at most 8 more")
+    if after - before >= 8:
         faults.append(f"memory grows by {after - before:.1f} MiB")
 said = re.search(r"the longest (\d+) ms, (\d+) validation", closed)
 if not said:
     faults.append("it did not close by itself")
 else:
-    slow = re.compile(r"frame (\d+).*was slow: (\d+) ms.*; stolen (\d+) ms")
-    found = [slow.search(line) for line in open(log)]
-    # The first opens the window.
-    found = [(int(f[2]) - int(f[3]), f[0]) for f in found if f and f[1] != "1"]
-    found.sort(reverse=True)
-    print("the slowest frames, less what was stolen:", *(f"{own} ms: {words}" for own, words in found[:5]), sep="\n  ")
-    print("and by the clock:", *sorted((w for _, w in found), key=lambda w: -int(slow.search(w)[2]))[:3], sep="\n  ")
-    if int(said[1]) >= 1000 and not found:
-        faults.append(f"a frame took {said[1]} ms, and is not told of")
-    if found and found[0][0] >= 1000:
-        faults.append(f"a frame took {found[0][0]} ms")
+    slow = [re.search(r"frame \d+.*was slow: (\d+) ms.*", line) for line in open(log)]
+    slow = sorted((line for line in slow if line), key=lambda line: -int(line[1]))
+    print("the slowest frames:", *(line[0] for line in slow[:5]), sep="\n  ")
+    if int(said[1]) >= 1000:
+        faults.append(f"a frame took {said[1]} ms")
     if said[2] != "0":
         faults.append(f"{said[2]} validation messages")
 print("FAILED: " + ", ".join(faults) if faults else "ok")
