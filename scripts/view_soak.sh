@@ -23,9 +23,9 @@ build_marmor
 marmor=$CARGO_TARGET_DIR/release/marmor
 folder=$(mktemp -d)
 mkfifo "$folder/said"
-server='' viewer=''
+server='' viewer='' listener=''
 finish() {
-    for process in $viewer $server; do kill "$process" 2>/dev/null || true; done
+    for process in $viewer $listener $server; do kill "$process" 2>/dev/null || true; done
     rm -rf "$folder"
 }
 trap finish EXIT
@@ -100,7 +100,7 @@ drag() {
 
 # phase SECONDS KEY ARGUMENTS...: a window for so long, with KEY among what is pressed.
 phase() {
-    local seconds=$1 key=$2 sampled=0 acts=0 start status=0 closed listener
+    local seconds=$1 key=$2 sampled=0 acts=0 start status=0 closed
     shift 2
     say "view $*, $seconds s"
     python3 scripts/stolen.py <"$folder/said" >"$folder/log" &
@@ -118,7 +118,7 @@ phase() {
             complain "the window has gone:"
             tail -n 5 "$folder/log" >&2
             wait "$viewer" || true
-            viewer='' failed=1
+            viewer='' listener='' failed=1
             return
         fi
         [ $((acts % ROUND)) -ne 0 ] || new_round
@@ -137,7 +137,7 @@ phase() {
     kill "$viewer" 2>/dev/null || true
     wait "$viewer" || status=$?
     wait "$listener" || true
-    viewer=''
+    viewer='' listener=''
     closed=$(grep -o 'closed: .*' "$folder/log" || true)
     say "${closed:-not closed}"
     python3 - "$folder/memory" "$folder/log" "$status" "$closed" <<'CHECK' || failed=1

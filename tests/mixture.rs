@@ -221,7 +221,6 @@ fn nothing_jumps_when_the_light_turns() {
 fn turn(device: &device::TestDevice, mixture: Mixture) {
     const SIZE: [u32; 2] = [96, 72];
     let (width, height) = (SIZE[0] as usize, SIZE[1] as usize);
-    let mut drawer = device::Drawer::default();
     let frames: Vec<Vec<[f64; 4]>> = (0..24)
         .map(|degree| {
             let plan = device::plan(
@@ -232,7 +231,7 @@ fn turn(device: &device::TestDevice, mixture: Mixture) {
                 SIZE,
                 Multiple::Mixture(mixture),
             );
-            device::wide(&drawer.render(device, &plan))
+            device::wide(&device::render(device, &plan))
         })
         .collect();
     // Second differences in time, of green, over the mean of the picture.

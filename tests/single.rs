@@ -325,7 +325,6 @@ fn energy_is_neither_negative_nor_made() {
         ),
     ];
     for mesh in &meshes {
-        let mut drawer = device::Drawer::default();
         for (i, material) in materials.iter().enumerate() {
             for (steps, exits, g) in [
                 (1, Exits::Linear, 0.0),
@@ -349,7 +348,7 @@ fn energy_is_neither_negative_nor_made() {
                 let albedo = sigma_s / (sigma_s + plan.scene.material.sigma_a);
                 let peak = single::henyey_greenstein(g.signum(), g);
                 let most = plan.scene.light.perpendicular_irradiance() * albedo * peak * 1.0001;
-                for (pixel, [r, g, b, _]) in drawer.render(&device, &plan).iter().enumerate() {
+                for (pixel, [r, g, b, _]) in device::render(&device, &plan).iter().enumerate() {
                     assert!(
                         [r, g, b].iter().all(|x| x.is_finite() && **x >= 0.0),
                         "pixel {pixel}: {r} {g} {b}; {:?}, {}",

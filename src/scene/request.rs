@@ -440,6 +440,11 @@ impl Request {
         Ok(())
     }
 
+    /// Whether the surface is opaque: no light is scattered beneath it, neither once nor more often.
+    pub fn is_opaque(&self) -> bool {
+        self.multiple == Method::Brdf
+    }
+
     /// What goes with scattering at half size, as a phrase that reads on from its name.
     fn check_half(&self) -> Result<(), String> {
         let another = "choose --scattering full, or --multiple none, samples, rings or mixture";

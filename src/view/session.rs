@@ -97,9 +97,6 @@ pub struct Session {
     warning: String,
     still: Option<Stage>,
     draft: Option<Stage>,
-    // What takes their places as soon as it is drawn.
-    next_still: Option<Stage>,
-    next_draft: Option<Stage>,
     // Whether the shaders have changed since a renderer was made.
     reload: bool,
     // Whether the plan is one that only serves a drag.
@@ -178,8 +175,6 @@ impl Session {
             warning: String::new(),
             still: None,
             draft: None,
-            next_still: None,
-            next_draft: None,
             reload: false,
             steered: false,
             covered: 0.5,
@@ -478,45 +473,44 @@ impl Session {
     }
 
     /// While nothing happens: makes what the next drag will draw with, and has the driver compile it, so that it begins
-    /// at once. Returns whether there is more of that to do.
+    /// at once.
     ///
     /// # Errors
     /// As [`Session::draw`].
-    pub fn warm(&mut self, presenter: &mut Presenter) -> Result<bool, Error> {
+    pub fn warm(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
         let plan = self.draft_plan(self.scale());
         let fits = self
             .draft
             .as_ref()
             .is_some_and(|stage| stage.plan.size == plan.size);
         if fits || !self.converged() || self.fault.is_some() {
-            return Ok(false);
+            return Ok(());
         }
-        let warmed = self.warm_draft(presenter, plan);
+        let warmed = self.warm_draft(presenter, &plan);
         self.settle(warmed)
     }
 
-    /// Draws a draft that is not shown; true where it is made, and yet to be drawn.
-    fn warm_draft(&mut self, presenter: &mut Presenter, plan: Plan) -> Result<bool, Error> {
-        let Some(Staged { stage, .. }) = self.stage(presenter, plan, true)? else {
-            return Ok(true);
+    /// Draws a draft that is not shown.
+    fn warm_draft(&mut self, presenter: &mut Presenter, plan: &Plan) -> Result<(), Error> {
+        let Some(stage) = self.stage(presenter, plan, true)? else {
+            return Ok(());
         };
         stage.renderer.draw_live(stage.frames, false)?;
         stage.renderer.forget_history();
         stage.frames += 1;
-        Ok(false)
+        Ok(())
     }
 
     fn draw_draft(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
-        let scale = self.scale();
+        let (scale, frame_number) = (self.scale(), self.frame_number);
         let plan = self.draft_plan(scale);
-        let Some(stage) = self.stage(presenter, plan, true)? else {
+        let Some(stage) = self.stage(presenter, &plan, true)? else {
             return Ok(());
         };
-        if let Some(motion) = stage.plan.motion.clone() {
-            let moment = motion.moment(motion.time(stage.frame_number), stage.plan.light_map);
-            stage.stage.renderer.show(&moment);
+        if let Some(motion) = &plan.motion {
+            let moment = motion.moment(motion.time(frame_number), plan.light_map);
+            stage.renderer.show(&moment);
         }
-        let stage = stage.stage;
         stage.renderer.draw_live(stage.frames, false)?;
         stage.frames = stage.frames.wrapping_add(1);
         let time = stage.time();
@@ -537,7 +531,7 @@ impl Session {
             return Ok(());
         }
         let plan = self.plan.clone();
-        let Some(Staged { stage, .. }) = self.stage(presenter, plan, false)? else {
+        let Some(stage) = self.stage(presenter, &plan, false)? else {
             return Ok(());
         };
         if stage.frames < frames {
@@ -565,40 +559,29 @@ impl Session {
         Ok(())
     }
 
-    /// The stage of drafts or of stills, ready for `plan`; none while the window has no area, and where it had to be made
-    /// first, which is enough for a frame of the window.
+    /// The stage of drafts or of stills, ready for `plan`; none while the window has no area.
     fn stage(
         &mut self,
         presenter: &mut Presenter,
-        plan: Plan,
+        plan: &Plan,
         live: bool,
-    ) -> Result<Option<Staged<'_>>, Error> {
+    ) -> Result<Option<&mut Stage>, Error> {
         if std::mem::take(&mut self.reload) {
             self.renew(presenter)?;
         }
-        let shows = !self.is_empty();
-        let (slot, next) = match live {
-            true => (&mut self.draft, &mut self.next_draft),
-            false => (&mut self.still, &mut self.next_still),
+        let slot = match live {
+            true => &mut self.draft,
+            false => &mut self.still,
         };
-        if slot.as_mut().is_some_and(|own| own.serves(&plan, live)) {
-            *next = None;
-        } else if next.as_mut().is_some_and(|own| own.serves(&plan, live)) {
-            *slot = next.take();
-        } else {
-            // The old one stays, lest a fault leave nothing to show, and until the next frame of the window: its own first
-            // frame takes long enough, since the driver compiles for it.
-            *next = Stage::new(&self.options, &self.device, presenter, &plan, live)?;
-            if shows {
+        if !slot.as_mut().is_some_and(|own| own.serves(plan, live)) {
+            // The old one stays until then, lest a fault leave nothing to show.
+            let new = Stage::new(&self.options, &self.device, presenter, plan, live)?;
+            if new.is_none() {
                 return Ok(None);
             }
-            *slot = next.take();
+            *slot = new;
         }
-        Ok(slot.as_mut().map(|stage| Staged {
-            plan,
-            frame_number: self.frame_number,
-            stage,
-        }))
+        Ok(slot.as_mut())
     }
 
     /// Makes the renderers anew, from the shaders as they are; if that fails, the old ones stay.
@@ -607,7 +590,6 @@ impl Session {
             self.fault = None;
         }
         self.broken = None;
-        (self.next_still, self.next_draft) = (None, None);
         let mut anew = |old: &Option<Stage>, live| match old {
             Some(old) => Stage::new(&self.options, &self.device, presenter, &old.plan, live),
             None => Ok(None),
@@ -732,12 +714,6 @@ impl Session {
     pub fn fetches(&self) -> u32 {
         ledger::total(&ledger::declared(&self.plan, self.filter))
     }
-}
-
-struct Staged<'a> {
-    plan: Plan,
-    frame_number: u32,
-    stage: &'a mut Stage,
 }
 
 /// A picture, read back.

@@ -346,8 +346,9 @@ impl Running {
         clock.lap("window");
         self.save_if_whole()?;
         // Not beside a picture: each takes its time.
-        let idle = visible && quiet && !draws;
-        let warms = idle && self.session.warm(&mut self.presenter)?;
+        if visible && quiet && !draws {
+            self.session.warm(&mut self.presenter)?;
+        }
         let news = self.panel.ask(&mut self.worker, &self.session);
         clock.lap("what follows");
 
@@ -357,7 +358,6 @@ impl Running {
             Next::At(now + HIDDEN)
         } else if moving
             || news
-            || warms
             || repaint.is_zero()
             || !self.later.is_empty()
             || std::mem::take(&mut self.panel.fresh)

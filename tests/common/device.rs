@@ -150,26 +150,6 @@ pub fn render(device: &TestDevice, plan: &Plan) -> Vec<[f32; 4]> {
     renderer.radiance().expect("its radiance")
 }
 
-/// Draws one plan after another, by the renderers of those before where these serve: most of the time that a small picture
-/// takes is the making of its pipelines. To be dropped before the device.
-#[derive(Default)]
-pub struct Drawer(Vec<Renderer>);
-
-impl Drawer {
-    /// As [`render`].
-    pub fn render(&mut self, device: &TestDevice, plan: &Plan) -> Vec<[f32; 4]> {
-        let serves = self.0.iter_mut().position(|own| own.adopt(plan));
-        let at = serves.unwrap_or_else(|| {
-            let new = Renderer::new(&device.device, plan, &Setup::default());
-            self.0.push(new.expect("a renderer"));
-            self.0.len() - 1
-        });
-        let renderer = &mut self.0[at];
-        renderer.render(&mut |_| ()).expect("a picture");
-        renderer.radiance().expect("its radiance")
-    }
-}
-
 /// What the GPU drew into its light map, as the CPU twin's.
 pub fn light_map(renderer: &mut Renderer) -> LightMap {
     let read = |renderer: &mut Renderer, target| renderer.read(target).expect("an image");

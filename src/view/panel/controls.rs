@@ -429,9 +429,7 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
             }
         });
     }
-    // What lies in an opaque surface scatters nothing.
-    let opaque = wanted.multiple == Method::Brdf;
-    let single = |wanted: &Request| !opaque && wanted.single != Single::Off;
+    let opaque = wanted.is_opaque();
     effective(ui, !opaque, "single", |ui| {
         let mut on = wanted.single != Single::Off;
         if ui.checkbox(&mut on, "").changed() {
@@ -444,7 +442,7 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
             }
         }
     });
-    effective(ui, single(wanted), "exits", |ui| {
+    effective(ui, !opaque && wanted.single != Single::Off, "exits", |ui| {
         for exits in [Exits::Linear, Exits::Nearest, Exits::Depth] {
             ui.selectable_value(&mut wanted.exits, exits, exits.name());
         }
@@ -483,7 +481,7 @@ fn show_picture(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
     row(ui, "terms", |ui| {
         ui.toggle_value(&mut wanted.specular, "specular");
         let mut single = wanted.single != Single::Off;
-        ui.add_enabled_ui(wanted.multiple != Method::Brdf, |ui| {
+        ui.add_enabled_ui(!wanted.is_opaque(), |ui| {
             if ui.toggle_value(&mut single, "single").changed() {
                 memory.toggle_single(wanted);
             }
