@@ -38,6 +38,13 @@ pub struct Shown {
     sets: [DescriptorSets; 2],
 }
 
+impl Shown {
+    /// Columns and rows of the picture.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+}
+
 impl ComposePass {
     /// Prepares to draw in passes such as `pass`, whose format encodes sRGB by itself if it `encodes`. `any` is some
     /// picture.

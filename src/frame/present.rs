@@ -146,7 +146,7 @@ impl Presenter {
     }
 
     /// Draws a frame of the window: the picture that `renderer` has drawn last, in columns and rows `place` (x, y, width,
-    /// height; pixels), over `backdrop` (linear RGB), and over both the panel. It waits for the last frame but one, and
+    /// height; pixels) as large as its shape allows, over `backdrop` (linear RGB), and over both the panel. It waits for the last frame but one, and
     /// for the display to hand over an image.
     ///
     /// Of a frame that is skipped nothing is taken over: what is new of the panel must come again. An error after the display
@@ -180,6 +180,8 @@ impl Presenter {
             Turn::OutOfDate => { self.stale = true; return Ok(Drawn::Skipped) }
             Turn::NotYet => return Ok(Drawn::Skipped),
         };
+        let pane = beside(place, size);
+        let place = fitted(place, shown.size());
         drawing.compose.write(slot, place, backdrop)?;
         drawing.panel.write(slot, panel, size)?;
 
@@ -204,7 +206,7 @@ impl Presenter {
         device.begin_label(commands, c"compose");
         self.stamps[slot].start(commands, 0);
         drawing.targets[image].begin(commands, &[]);
-        drawing.compose.record(commands, slot, shown, [place[2], place[3]], beside(place, size));
+        drawing.compose.record(commands, slot, shown, [place[2], place[3]], pane);
         device.begin_label(commands, c"panel");
         drawing.panel.record(commands, slot, panel);
         device.end_label(commands);
@@ -316,9 +318,48 @@ fn beside([x, y, width, height]: [i32; 4], size: [u32; 2]) -> [u32; 4] {
     [left, top, columns, rows]
 }
 
+/// Columns and rows within `place` that a picture of `size` pixels fills without being distorted. All of them where a pixel
+/// of it makes the difference: sizes of drafts are rounded.
+fn fitted(place: [i32; 4], size: [u32; 2]) -> [i32; 4] {
+    let [x, y, width, height] = place.map(f64::from);
+    let [columns, rows] = size.map(|side| f64::from(side.max(1)));
+    let (across, down) = (width / columns, height / rows);
+    if (width * rows - height * columns).abs() <= (columns + rows) * across.max(down) {
+        return place;
+    }
+    let scale = across.min(down);
+    let (columns, rows) = ((columns * scale).round(), (rows * scale).round());
+    let middle = |first: f64, side: f64, own: f64| first + (0.5 * (side - own)).floor();
+    [
+        middle(x, width, columns),
+        middle(y, height, rows),
+        columns,
+        rows,
+    ]
+    .map(|at| at as i32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_picture_is_not_distorted() {
+        // Its own size, and that of every draft of it.
+        for (width, height) in [(800, 600), (1283, 97), (61, 499), (333, 251)] {
+            let place = [7, 9, width, height];
+            for share in [1.0, 0.5, 1.0 / 3.0, 0.25] {
+                let draft =
+                    [width, height].map(|side| ((f64::from(side) * share).round() as u32).max(1));
+                assert_eq!(fitted(place, draft), place, "{share}");
+            }
+        }
+        // While the window gets narrower, lower or larger.
+        assert_eq!(fitted([10, 20, 400, 600], [800, 600]), [10, 170, 400, 300]);
+        assert_eq!(fitted([10, 20, 800, 300], [800, 600]), [210, 20, 400, 300]);
+        assert_eq!(fitted([0, 0, 1000, 600], [400, 300]), [100, 0, 800, 600]);
+        assert_eq!(fitted([5, 6, 0, 0], [800, 600])[2..], [0, 0]);
+    }
 
     #[test]
     fn what_is_drawn_lies_in_the_window() {

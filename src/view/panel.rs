@@ -171,7 +171,7 @@ impl Panel {
             {
                 let mut line = self.viewport;
                 line.set_top(line.bottom() - 2.0);
-                show_progress(ui, line, session.phase());
+                show_progress(ui, line, session);
             }
             // The panel has a line for what is told; without one, it stands here.
             let told = self.told().filter(|(_, wrong)| *wrong && !roomy);
@@ -264,9 +264,8 @@ impl Panel {
         let name = &session.device().candidate().name;
         ui.add(egui::Label::new(egui::RichText::new(name).small().color(style::DIM)).truncate());
         ui.add_space(4.0);
-        let (text, color) = match (&session.fault, session.phase()) {
-            (Some(_), _) => ("not shown".to_owned(), style::FAULT),
-            (None, Phase::Draft(scale)) => {
+        let (text, color) = match session.phase() {
+            Phase::Draft(scale) => {
                 let per_second = facts.timing.median(9).map_or(0.0, |ms| 1e3 / ms.max(0.1));
                 let share = [
                     "full size",
@@ -279,17 +278,24 @@ impl Panel {
                     style::WARM,
                 )
             }
-            (None, Phase::Still(done, of)) if done >= of => {
+            Phase::Still(..) if session.waits() => {
+                let of = session.frames();
+                (format!("waiting   0 of {of} frames"), style::WARM)
+            }
+            Phase::Still(done, of) if done >= of => {
                 (format!("converged   {of} frames"), style::TEXT)
             }
-            (None, Phase::Still(done, of)) => {
-                (format!("converging   {done} of {of} frames"), style::WARM)
-            }
+            Phase::Still(done, of) => (format!("converging   {done} of {of} frames"), style::WARM),
+        };
+        let (text, color) = match (&session.fault, session.draws()) {
+            (None, _) => (text, color),
+            (Some(_), true) => (format!("older shaders   {text}"), style::FAULT),
+            (Some(_), false) => ("not shown".to_owned(), style::FAULT),
         };
         ui.label(egui::RichText::new(text).color(color));
         let (rect, _) = ui.allocate_exact_size(vec2(style::WIDTH - 42.0, 3.0), Sense::hover());
         ui.painter().rect_filled(rect, 1.5, style::RAISED);
-        show_progress(ui, rect, session.phase());
+        show_progress(ui, rect, session);
         // A line of its own, there or not, lest the settings below move under the pointer.
         let (text, color) = match (self.told(), facts.saving) {
             (Some((text, true)), _) => (text.as_str(), style::FAULT),
@@ -577,6 +583,7 @@ impl Panel {
                 .position(|method| *method == session.wanted.multiple);
             session.wanted.multiple = TURN[own.map_or(0, |own| (own + 1) % TURN.len())];
             session.wanted.fetch_budget = None;
+            controls::shade_whole_if_opaque(&mut session.wanted);
         }
         if odd(Key::S) {
             let split = &mut session.wanted.split;
@@ -621,10 +628,10 @@ impl Panel {
 }
 
 /// In `rect`, how much of the still is drawn.
-fn show_progress(ui: &Ui, mut rect: Rect, phase: Phase) {
-    let share = match phase {
-        Phase::Still(done, of) => done as f32 / of.max(1) as f32,
-        Phase::Draft(_) => 0.0,
+fn show_progress(ui: &Ui, mut rect: Rect, session: &Session) {
+    let share = match session.phase() {
+        Phase::Still(done, of) if !session.waits() => done as f32 / of.max(1) as f32,
+        _ => 0.0,
     };
     rect.set_width(rect.width() * share);
     ui.painter().rect_filled(rect, 1.5, style::WARM);

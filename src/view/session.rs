@@ -84,6 +84,8 @@ pub struct Session {
     pub fault: Option<String>,
     // What is wrong with the shaders as they are, while older ones draw.
     broken: Option<String>,
+    // The last warning that was logged, and that nothing was drawn without since.
+    warned: Option<String>,
     // Whether what is wanted cannot be drawn, and trying again would be in vain.
     stuck: bool,
     model: Arc<Model>,
@@ -169,6 +171,7 @@ impl Session {
             draft_size: Draft::Auto,
             fault: None,
             broken: None,
+            warned: None,
             stuck: false,
             loaded: wanted.mesh.clone(),
             planned: None,
@@ -323,6 +326,16 @@ impl Session {
         self.stuck && !self.behind(false)
     }
 
+    /// Whether something else is wanted than the still that is shown, and no frame of it was drawn yet.
+    pub fn waits(&self) -> bool {
+        matches!(self.phase, Phase::Still(..)) && self.behind(false)
+    }
+
+    /// Whether what is wanted is drawn, if only by older shaders where the new ones do not compile.
+    pub fn draws(&self) -> bool {
+        !self.stuck
+    }
+
     /// Whether nothing was ever drawn.
     pub fn is_empty(&self) -> bool {
         self.still.is_none() && self.draft.is_none()
@@ -383,19 +396,31 @@ impl Session {
                     }
                     error => frame::Error::from(error).to_string(),
                 };
-                tracing::warn!("{message}");
-                self.fault = Some(message);
+                self.suffer(message);
                 self.stuck = true;
                 Ok(T::default())
             }
             Err(Error::Input(message)) => {
-                tracing::warn!("{message}");
-                self.fault = Some(message);
+                self.suffer(message);
                 self.stuck = true;
                 Ok(T::default())
             }
-            drawn => drawn,
+            drawn => {
+                if self.fault.is_none() {
+                    self.warned = None;
+                }
+                drawn
+            }
         }
+    }
+
+    /// Makes `message` the fault, and logs it, once for as long as it lasts.
+    fn suffer(&mut self, message: String) {
+        if self.warned.as_ref() != Some(&message) {
+            tracing::warn!("{message}");
+            self.warned = Some(message.clone());
+        }
+        self.fault = Some(message);
     }
 
     /// Makes the plan of what is wanted.
@@ -478,12 +503,12 @@ impl Session {
     /// # Errors
     /// As [`Session::draw`].
     pub fn warm(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
+        if !self.converged() || self.fault.is_some() {
+            return Ok(());
+        }
         let plan = self.draft_plan(self.scale());
-        let fits = self
-            .draft
-            .as_ref()
-            .is_some_and(|stage| stage.plan.size == plan.size);
-        if fits || !self.converged() || self.fault.is_some() {
+        let draft = self.draft.as_mut();
+        if draft.is_some_and(|own| own.serves(&plan, true)) {
             return Ok(());
         }
         let warmed = self.warm_draft(presenter, &plan);
@@ -567,7 +592,14 @@ impl Session {
         live: bool,
     ) -> Result<Option<&mut Stage>, Error> {
         if std::mem::take(&mut self.reload) {
-            self.renew(presenter)?;
+            match self.renew(presenter) {
+                // Those of before go on.
+                Err(Error::Device(gpu::Error::Shader(message))) => {
+                    self.broken = Some(message.clone());
+                    self.suffer(message);
+                }
+                renewed => renewed?,
+            }
         }
         let slot = match live {
             true => &mut self.draft,

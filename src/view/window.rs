@@ -57,8 +57,11 @@ pub fn run(options: &Options, request: Request, settings: &Settings) -> Result<S
         // The whole of it is several lines of reasons.
         let reason = error.to_string();
         let reason = reason.lines().next().unwrap_or_default();
-        // Where in its sources it gave up is of no use here.
-        let reason = reason.split(" at /").next().unwrap_or_default();
+        // Where in its sources it gave up is of no use here: "os error at FILE:LINE: REASON".
+        let reason = reason
+            .strip_prefix("os error at ")
+            .and_then(|rest| rest.split_once(": "))
+            .map_or(reason, |(_, reason)| reason);
         let reason = reason.trim_end_matches('.');
         Error::Start(format!(
             "no display to open a window on ({reason}): run it in a desktop session, set DISPLAY or WAYLAND_DISPLAY, or \
@@ -324,7 +327,8 @@ impl Running {
         let moving = self.panel.moving();
         let quiet = moving || self.touched.elapsed() > QUIET || self.timing.count < 2;
         let draws = visible && quiet && (moving || !self.session.converged());
-        let told = (self.session.phase(), self.session.fault.clone());
+        let status = |session: &Session| (session.phase(), session.waits(), session.fault.clone());
+        let told = status(&self.session);
         clock.lap("panel");
         if draws {
             self.session.draw(&mut self.presenter, moving)?;
@@ -361,7 +365,7 @@ impl Running {
             || repaint.is_zero()
             || !self.later.is_empty()
             || std::mem::take(&mut self.panel.fresh)
-            || told != (self.session.phase(), self.session.fault.clone())
+            || told != status(&self.session)
         {
             // What has changed since the panel was laid out, it has yet to tell.
             Next::Now

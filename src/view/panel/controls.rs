@@ -48,6 +48,10 @@ impl Memory {
 
     /// Switches single scattering.
     pub fn toggle_single(&mut self, wanted: &mut Request) {
+        if wanted.is_opaque() {
+            // Without effect: nor is it changed for the method that comes next.
+            return;
+        }
         wanted.fetch_budget = None;
         wanted.single = match wanted.single {
             Single::March(march) => {
@@ -68,6 +72,13 @@ impl Memory {
                 Method::None
             }
         };
+    }
+}
+
+/// Shading at half the size gives way to a method that knows none, as it does to a split.
+pub fn shade_whole_if_opaque(wanted: &mut Request) {
+    if wanted.is_opaque() {
+        wanted.scattering = Scattering::Full;
     }
 }
 
@@ -397,9 +408,11 @@ fn show_methods(ui: &mut Ui, wanted: &mut Request, memory: &mut Memory) {
         (Method::None, "none"),
     ];
     row(ui, "multiple", |ui| {
-        if choice(ui, "multiple", &mut wanted.multiple, &methods) && wanted.multiple != Method::None
-        {
-            memory.multiple = wanted.multiple;
+        if choice(ui, "multiple", &mut wanted.multiple, &methods) {
+            if wanted.multiple != Method::None {
+                memory.multiple = wanted.multiple;
+            }
+            shade_whole_if_opaque(wanted);
         }
     });
     let uses = |method| wanted.multiple == method || wanted.split == Some(method);
