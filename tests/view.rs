@@ -535,7 +535,15 @@ fn shaders_of_the_window_reload_as_those_of_the_picture_do() {
     let (end, wrong) = ("stored(color), 1.0", "stored(colour), 1.0");
     shaders::replace(copy.path(), "compose.frag", end, wrong);
     viewer.wait("compose.frag:23: error: 'colour'");
+    viewer.whole();
     assert_eq!(display.capture(folder).get_pixel(3, 3).0, backdrop);
+    // It can be saved, now and after what comes next.
+    let (_, saved) = viewer.save();
+    reproduces(folder, &saved);
+    viewer.flick("3", [200, 100], [240, 120]);
+    viewer.whole();
+    let (_, saved) = viewer.save();
+    reproduces(folder, &saved);
     let red = "vec3(1.0, 0.0, 0.0), 1.0";
     shaders::replace(copy.path(), "compose.frag", wrong, red);
     screen_turns(&|pixel| pixel == [255, 0, 0]);
