@@ -503,12 +503,12 @@ impl Session {
     /// # Errors
     /// As [`Session::draw`].
     pub fn warm(&mut self, presenter: &mut Presenter) -> Result<(), Error> {
-        if !self.converged() || self.fault.is_some() {
-            return Ok(());
-        }
         let plan = self.draft_plan(self.scale());
-        let draft = self.draft.as_mut();
-        if draft.is_some_and(|own| own.serves(&plan, true)) {
+        let fits = self
+            .draft
+            .as_ref()
+            .is_some_and(|stage| stage.plan.size == plan.size);
+        if fits || !self.converged() || self.fault.is_some() {
             return Ok(());
         }
         let warmed = self.warm_draft(presenter, &plan);

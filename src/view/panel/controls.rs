@@ -48,10 +48,6 @@ impl Memory {
 
     /// Switches single scattering.
     pub fn toggle_single(&mut self, wanted: &mut Request) {
-        if wanted.is_opaque() {
-            // Without effect: nor is it changed for the method that comes next.
-            return;
-        }
         wanted.fetch_budget = None;
         wanted.single = match wanted.single {
             Single::March(march) => {
