@@ -146,8 +146,8 @@ impl Presenter {
     }
 
     /// Draws a frame of the window: the picture that `renderer` has drawn last, in columns and rows `place` (x, y, width,
-    /// height; pixels) as large as its shape allows, over `backdrop` (linear RGB), and over both the panel. It waits for the last frame but one, and
-    /// for the display to hand over an image.
+    /// height; pixels) as large as its shape allows, over `backdrop` (linear RGB), and over both the panel. It waits for the
+    /// last frame but one, and for the display to hand over an image.
     ///
     /// Of a frame that is skipped nothing is taken over: what is new of the panel must come again. An error after the display
     /// has handed an image over leaves that image taken, so that whoever gets one closes the window.
