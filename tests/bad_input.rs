@@ -69,6 +69,12 @@ const CASES: &[Case] = &[
         &["mailbocks", "did you mean \"mailbox\"?"],
     ),
     case(
+        "an unknown size in motion",
+        &[],
+        "view --in-motion halb",
+        &["halb", "did you mean \"half\"?"],
+    ),
+    case(
         "a watched folder without shaders",
         &[],
         "view --watch .",

@@ -253,9 +253,9 @@ fn renderers_share_their_pipelines() {
     let mut first = Vec::new();
     for change in turns {
         let Some(test) = device() else { return };
-        let none = test.device.tally()[1];
+        let none = test.device.tally().pipelines;
         first.push(rendered(&test.device, &plan(change)));
-        assert!(test.device.tally()[1] > none + 5, "it makes its own");
+        assert!(test.device.tally().pipelines > none + 5, "it makes its own");
     }
     let Some(test) = device() else { return };
     let live = Setup {
@@ -273,11 +273,11 @@ fn renderers_share_their_pipelines() {
             // Its surface pass writes motion, too: another render pass, of which it shares no pipeline.
             let mut moving = Renderer::new(&test.device, &moving, &live).expect("a live one");
             moving.draw_live(0, true).expect("a frame");
-            let before = test.device.tally()[1];
+            let before = test.device.tally().pipelines;
             let drawn = rendered(&test.device, &plan);
             assert!(drawn == first[turn], "round {round}, turn {turn}");
             if turn == 1 {
-                assert_eq!(test.device.tally()[1], before, "for its size alone");
+                assert_eq!(test.device.tally().pipelines, before, "for its size alone");
             }
         }
     }
@@ -285,7 +285,7 @@ fn renderers_share_their_pipelines() {
         for turn in [0, 2, 1] {
             rendered(&test.device, &plan(turns[turn]));
         }
-        test.device.tally()[1]
+        test.device.tally().pipelines
     };
     assert_eq!(there_and_back(), there_and_back());
 }

@@ -6,7 +6,8 @@ use super::picture::PictureArguments;
 use super::values;
 use crate::frame;
 use crate::gpu::PresentMode;
-use crate::scene::{defaults, names};
+use crate::scene::{self, defaults};
+use crate::view::session::Draft;
 use crate::view::{self, Settings};
 use clap::Args;
 use std::path::PathBuf;
@@ -38,6 +39,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "fifo|mailbox|immediate", default_value = "fifo", value_parser = present, help_heading = "Window")]
     present: PresentMode,
 
+    /// Size of the picture while something moves; auto takes the largest that is drawn in 40 ms
+    #[arg(long, value_name = "auto|full|half|third|quarter", default_value = "auto", value_parser = in_motion, help_heading = "Window")]
+    in_motion: Draft,
+
     /// Reload the shaders of this folder when they change
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "shaders", help_heading = "Window")]
     watch: Option<PathBuf>,
@@ -58,10 +63,25 @@ fn present(name: &str) -> Result<PresentMode, String> {
         PresentMode::Mailbox,
         PresentMode::Immediate,
     ];
-    let named = all.into_iter().find(|mode| mode.name() == name);
-    named.ok_or_else(|| {
-        let remedy = names::remedy(name, &PresentMode::NAMES);
-        format!("unknown way to present \"{name}\"; {remedy}")
+    named(name, all, PresentMode::NAMES, "way to present")
+}
+
+fn in_motion(name: &str) -> Result<Draft, String> {
+    named(name, Draft::ALL, Draft::NAMES, "size in motion")
+}
+
+/// That of `all` which has `name` among their `names`; `what` they are, for who misspells it.
+fn named<T, const N: usize>(
+    name: &str,
+    all: [T; N],
+    names: [&str; N],
+    what: &str,
+) -> Result<T, String> {
+    let mut pairs = all.into_iter().zip(names);
+    let found = pairs.find_map(|(value, own)| (own == name).then_some(value));
+    found.ok_or_else(|| {
+        let remedy = scene::names::remedy(name, &names);
+        format!("unknown {what} \"{name}\"; {remedy}")
     })
 }
 
@@ -73,6 +93,7 @@ pub(super) fn run(global: &Global, arguments: &Arguments) -> Result<(), Failure>
             size => Settings::window_of(size),
         }),
         present: arguments.present,
+        in_motion: arguments.in_motion,
         watch: arguments.watch.clone(),
         saves: arguments.saves.clone(),
     };

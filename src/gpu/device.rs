@@ -1,6 +1,7 @@
 //! Device choice, the logical device, names and labels.
 
 use std::ffi::{CStr, CString};
+use std::fmt;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -282,6 +283,35 @@ pub(crate) struct Made {
     pub pipelines: AtomicU64,
 }
 
+/// What was made on a device, and what of it is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Pieces of memory that were ever allocated.
+    pub allocations: u64,
+    /// Pipelines that were ever made.
+    pub pipelines: u64,
+    /// Those of them that are kept.
+    pub kept: usize,
+    /// Those that are kept and nobody uses.
+    pub spare: usize,
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Tally {
+            pipelines,
+            kept,
+            spare,
+            ..
+        } = *self;
+        let gone = pipelines.saturating_sub(kept as u64);
+        write!(
+            to,
+            "{pipelines} pipelines made, {gone} destroyed, {kept} kept, {spare} of them spare"
+        )
+    }
+}
+
 impl Device {
     /// Opens `candidate`.
     ///
@@ -359,15 +389,26 @@ impl Device {
         &self.made
     }
 
-    /// How many pieces of memory were allocated so far, and how many pipelines made.
-    pub fn tally(&self) -> [u64; 2] {
-        [&self.made.allocations, &self.made.pipelines].map(|count| count.load(Ordering::Relaxed))
+    /// What was made so far, and what of it is kept.
+    pub fn tally(&self) -> Tally {
+        let [kept, spare] = self.pipelines.count();
+        Tally {
+            allocations: self.made.allocations.load(Ordering::Relaxed),
+            pipelines: self.made.pipelines.load(Ordering::Relaxed),
+            kept,
+            spare,
+        }
     }
 
     /// Bytes of device memory that buffers and images hold now.
     pub fn bytes_in_use(&self) -> u64 {
         let report = lock(&self.allocator).generate_report();
         report.total_allocated_bytes
+    }
+
+    /// Bytes of device memory that were asked of the driver, in use or not.
+    pub fn bytes_held(&self) -> u64 {
+        lock(&self.allocator).generate_report().total_capacity_bytes
     }
 
     /// Sets where the pipelines that are made from here on take their shaders from; none for those of the program.

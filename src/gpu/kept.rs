@@ -64,6 +64,12 @@ impl Keeper {
         kept
     }
 
+    /// How many are kept, and how many of those nobody uses.
+    pub fn count(&self) -> [usize; 2] {
+        let all = lock(&self.all);
+        [all.len(), all.iter().filter(|kept| unused(kept)).count()]
+    }
+
     /// Lets all go, before the device does.
     pub fn clear(&mut self, device: &ash::Device) {
         for kept in lock(&self.all).drain(..) {
@@ -72,10 +78,13 @@ impl Keeper {
     }
 }
 
+/// Whether nobody uses it; while the list is locked no share is handed out, so that what is unused stays so.
+fn unused(kept: &Arc<Kept>) -> bool {
+    Arc::strong_count(kept) == 1
+}
+
 /// Takes the oldest out of `all` that nobody uses, if those are too many.
 fn surplus(all: &mut Vec<Arc<Kept>>) -> Vec<Arc<Kept>> {
-    // No share is handed out while the list is locked, so that what is unused stays so.
-    let unused = |kept: &Arc<Kept>| Arc::strong_count(kept) == 1;
     let count = all.iter().filter(|kept| unused(kept)).count();
     let mut beyond = count.saturating_sub(SPARE);
     let goes = |kept: &mut Arc<Kept>| {

@@ -20,7 +20,7 @@ pub mod swapchain;
 
 pub use barrier::Use;
 pub use descriptor::{Binding, DescriptorSets};
-pub use device::{Candidate, Device};
+pub use device::{Candidate, Device, Tally};
 pub use image::{Image, ImageDesc, Sampler};
 pub use instance::Instance;
 pub use memory::{Buffer, Location};

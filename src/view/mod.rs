@@ -25,6 +25,7 @@ pub mod worker;
 use crate::frame::Options;
 use crate::gpu::{self, PresentMode};
 use crate::scene::Request;
+use session::Draft;
 use std::path::PathBuf;
 
 /// How the window is opened.
@@ -34,6 +35,8 @@ pub struct Settings {
     pub size: [u32; 2],
     /// When a frame may be shown.
     pub present: PresentMode,
+    /// At which size frames are drawn while something moves.
+    pub in_motion: Draft,
     /// The folder of shaders that are watched and reloaded, if any are.
     pub watch: Option<PathBuf>,
     /// The folder that pictures are saved to.

@@ -37,6 +37,20 @@ pub enum Draft {
     Fixed(usize),
 }
 
+impl Draft {
+    /// All that can be chosen.
+    pub const ALL: [Draft; 1 + SCALES.len()] = [
+        Draft::Auto,
+        Draft::Fixed(0),
+        Draft::Fixed(1),
+        Draft::Fixed(2),
+        Draft::Fixed(3),
+    ];
+
+    /// The names by which they are asked for, in the same order.
+    pub const NAMES: [&str; Draft::ALL.len()] = ["auto", "full", "half", "third", "quarter"];
+}
+
 /// Frames that a still is averaged over where the scene does not say: noise and edges are then gone to the eye.
 pub const FRAMES: u32 = 64;
 
@@ -388,30 +402,26 @@ impl Session {
     /// Turns what only this picture suffers from into a [`Session::fault`], and then says what `T` says of nothing.
     fn settle<T: Default>(&mut self, drawn: Result<T, Error>) -> Result<T, Error> {
         match drawn {
+            Err(Error::Device(gpu::Error::Shader(message))) => self.suffer_shaders(message),
             Err(Error::Device(error)) if !error.is_fatal() => {
-                let message = match error {
-                    gpu::Error::Shader(message) => {
-                        self.broken = Some(message.clone());
-                        message
-                    }
-                    error => frame::Error::from(error).to_string(),
-                };
-                self.suffer(message);
-                self.stuck = true;
-                Ok(T::default())
+                self.suffer(frame::Error::from(error).to_string());
             }
-            Err(Error::Input(message)) => {
-                self.suffer(message);
-                self.stuck = true;
-                Ok(T::default())
-            }
+            Err(Error::Input(message)) => self.suffer(message),
             drawn => {
                 if self.fault.is_none() {
                     self.warned = None;
                 }
-                drawn
+                return drawn;
             }
         }
+        self.stuck = true;
+        Ok(T::default())
+    }
+
+    /// Makes what the compiler says of the shaders the fault, which lasts until they change.
+    fn suffer_shaders(&mut self, message: String) {
+        self.broken = Some(message.clone());
+        self.suffer(message);
     }
 
     /// Makes `message` the fault, and logs it, once for as long as it lasts.
@@ -594,10 +604,7 @@ impl Session {
         if std::mem::take(&mut self.reload) {
             match self.renew(presenter) {
                 // Those of before go on.
-                Err(Error::Device(gpu::Error::Shader(message))) => {
-                    self.broken = Some(message.clone());
-                    self.suffer(message);
-                }
+                Err(Error::Device(gpu::Error::Shader(message))) => self.suffer_shaders(message),
                 renewed => renewed?,
             }
         }

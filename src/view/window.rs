@@ -8,6 +8,7 @@ use super::{Error, Settings, Summary, events, paint, save, style};
 use crate::frame::present::{Drawn, Presenter};
 use crate::frame::watch::Watcher;
 use crate::frame::{self, Options, panel as drawn};
+use crate::gpu::Tally;
 use crate::scene::Request;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -182,6 +183,8 @@ struct Running {
     later: Vec<egui::Event>,
     // Of a frame that was skipped: textures of the panel that are still to come, and to go.
     carried: drawn::Panel,
+    // What was made of the device when -vv last told of it.
+    tally: Tally,
     // The last of the validation layer, and how many there were.
     messages: Vec<String>,
     complaints: usize,
@@ -218,7 +221,8 @@ impl Running {
             .and_then(|display| Ok((display.as_raw(), window.window_handle()?.as_raw())))
             .map_err(|error| Error::Start(format!("the window cannot be drawn on ({error})")))?;
         let (device, surface) = frame::open_window(options, handles)?;
-        let session = Session::of(options, &device, loaded)?;
+        let mut session = Session::of(options, &device, loaded)?;
+        session.draft_size = settings.in_motion;
         if let Some(watcher) = &watcher {
             device.set_shader_source(Some(watcher.source()));
         }
@@ -254,6 +258,7 @@ impl Running {
             touched: Instant::now(),
             later: Vec::new(),
             carried: drawn::Panel::default(),
+            tally: Tally::default(),
             messages: Vec::new(),
             complaints: 0,
             costs: Vec::new(),
@@ -387,7 +392,20 @@ impl Running {
             let (count, phase) = (self.timing.count, self.session.phase());
             tracing::debug!("frame {count}, {phase:?}, was slow: {clock}");
         }
+        self.tell_tally();
         Ok(())
+    }
+
+    /// At -vv: what is held of the device, whenever something was made.
+    fn tell_tally(&mut self) {
+        let device = self.session.device();
+        let tally = device.tally();
+        if tally != self.tally && tracing::enabled!(tracing::Level::DEBUG) {
+            self.tally = tally;
+            let [held, used] = [device.bytes_held(), device.bytes_in_use()]
+                .map(|bytes| bytes as f64 / f64::from(1 << 20));
+            tracing::debug!("{tally}; device memory {held:.1} MiB, {used:.1} of them in use");
+        }
     }
 
     /// Takes in what was said elsewhere since the last frame.

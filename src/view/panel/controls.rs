@@ -4,7 +4,7 @@ use crate::scene::{
     Bundled, Exits, March, Material, MeshSource, Method, Request, Scattering, Single, bundled,
     limits, preset,
 };
-use crate::view::session::{Draft, SCALES, Session};
+use crate::view::session::{Draft, Session};
 use crate::view::style;
 use egui::{DragValue, Ui};
 use glam::DVec3;
@@ -384,13 +384,9 @@ fn show_method(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
         }
     });
     row(ui, "in motion", |ui| {
-        let words = [
-            (Draft::Auto, "auto"),
-            (Draft::Fixed(0), "full size"),
-            (Draft::Fixed(1), "half size"),
-            (Draft::Fixed(2), "a third"),
-            (Draft::Fixed(SCALES.len() - 1), "a quarter"),
-        ];
+        let words = ["auto", "full size", "half size", "a third", "a quarter"];
+        let words =
+            std::array::from_fn::<_, { Draft::ALL.len() }, _>(|k| (Draft::ALL[k], words[k]));
         choice(ui, "in motion", &mut session.draft_size, &words);
     });
 }
