@@ -23,6 +23,7 @@ present() {
         xdotool) have xdotool ;;
         imagemagick) have import ;;
         window-libraries) have_window_libraries ;;
+        jemalloc) [ -n "$(jemalloc_file)" ] ;;
     esac
 }
 
@@ -45,6 +46,11 @@ have_window_libraries() {
     for library in libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
         case $cache in *"$library "*) ;; *) return 1 ;; esac
     done
+}
+
+# The allocator that scripts/view_soak.sh measures memory with; nothing where there is none.
+jemalloc_file() {
+    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | sed -n 's/.*libjemalloc\.so\.2 .*=> //p' | head -n 1
 }
 
 # have_vulkan_file FOLDER PATTERN OVERRIDE: is there such a manifest where the
@@ -93,6 +99,7 @@ package_for() {
         debian:vulkan-loader) echo libvulkan1 ;;
         debian:vulkan-driver) echo mesa-vulkan-drivers ;;
         debian:validation-layer) echo vulkan-validationlayers ;;
+        debian:jemalloc | suse:jemalloc) echo libjemalloc2 ;;
         debian:window-libraries) echo libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
 
         fedora:compiler) echo gcc-c++ ;;
@@ -315,7 +322,7 @@ marmor_setup() {
         --test)
             tests='validation-layer spirv-tools'
             # Windows are tested on X11 alone.
-            [ "$(uname -s)" != Linux ] || tests="$tests xvfb xdotool imagemagick window-libraries"
+            [ "$(uname -s)" != Linux ] || tests="$tests xvfb xdotool imagemagick window-libraries jemalloc"
             ;;
         *)
             complain "unknown argument '$1' (known: --test)"
