@@ -71,10 +71,14 @@ new_round() {
     RANDOM=2007
 }
 
-# Each method in turn, moving and still: more pipelines than are kept in reserve, so that those are the same after each lap.
+# Each method in turn, without single scattering and with it, moving and still: more pipelines than are kept in reserve, so
+# that those are the same after each lap.
 lap() {
-    for _ in $(seq 5); do
-        xdotool key m sleep 0.5 mousemove 100 100 mousedown 1 mousemove_relative 5 3 sleep 0.2 mouseup 1 sleep 0.5
+    for _ in 1 2; do
+        xdotool key 2
+        for _ in $(seq 5); do
+            xdotool key m sleep 0.4 mousemove 100 100 mousedown 1 mousemove_relative 5 3 sleep 0.2 mouseup 1 sleep 0.6
+        done
     done
     sleep 2
 }

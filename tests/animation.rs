@@ -347,7 +347,7 @@ fn a_frame_loop_makes_nothing() {
         draw(0);
         let (tally, bytes) = (device.device.tally(), device.device.bytes_in_use());
         assert!(
-            tally.iter().all(|&count| count > 5) && bytes > 0,
+            tally.allocations > 5 && tally.pipelines > 5 && bytes > 0,
             "{name}: {tally:?}"
         );
         (1..motion.frames).for_each(&mut draw);

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -75,6 +75,8 @@ impl Watcher {
                 inner: Mutex::new(Inner {
                     compiler,
                     made: HashMap::new(),
+                    fit: None,
+                    holds: false,
                 }),
             }),
             _folder: watched,
@@ -91,12 +93,39 @@ impl Watcher {
         self.changed.swap(false, Ordering::AcqRel)
     }
 
+    /// What says which state of the folder its source takes.
+    pub fn states(&self) -> States {
+        States(Arc::clone(&self.kept))
+    }
+
     /// The shaders of the folder as they are whenever a pipeline is made, for [`crate::gpu::Device::set_shader_source`].
     /// One whose text is that which the program was built from is the program's own; another is compiled, and compiled
     /// again only after a change of its text.
     pub fn source(&self) -> Arc<ShaderSource> {
         let kept = Arc::clone(&self.kept);
         Arc::new(move |shader| kept.words(shader))
+    }
+}
+
+/// Which state of a watched folder its [`Watcher::source`] takes: that of now, or the last that was fit to draw with.
+#[derive(Clone)]
+pub struct States(Arc<Kept>);
+
+impl States {
+    /// Takes the texts as they are now, and are from now on.
+    pub fn follow(&self) {
+        self.0.lock().holds = false;
+    }
+
+    /// Notes that the texts as they are now are fit to draw with.
+    pub fn accept(&self) {
+        let fit = Arc::new(texts_of(&self.0.folder));
+        self.0.lock().fit = Some(fit);
+    }
+
+    /// Takes those that were last accepted until [`States::follow`]; if there are none, those of now.
+    pub fn hold(&self) {
+        self.0.lock().holds = true;
     }
 }
 
@@ -108,7 +137,8 @@ pub fn compiled(folder: &Path, shader: &Shader) -> Result<Vec<u32>, String> {
     let compiler =
         shaderc::Compiler::new().map_err(|error| format!("shaderc does not start: {error}"))?;
     let job = job(shader)?;
-    compile_job(&compiler, &job, shader.build, &texts(folder, job.file))
+    let texts = texts(job.file, &|name| read(folder, name));
+    compile_job(&compiler, &job, shader.build, &texts)
 }
 
 /// Whether what happened may have changed a file. That shaders are read is no change, or each would lead to the next.
@@ -158,6 +188,9 @@ struct Kept {
 struct Inner {
     compiler: shaderc::Compiler,
     made: HashMap<(&'static str, ShaderBuild), Made>,
+    // The texts that were last accepted, and whether they stand for those of the folder.
+    fit: Option<Arc<Texts>>,
+    holds: bool,
 }
 
 /// The last words that were compiled of a shader, and from which texts.
@@ -167,14 +200,30 @@ struct Made {
 }
 
 impl Kept {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn words(&self, shader: &Shader) -> Result<Option<Vec<u32>>, String> {
         let job = job(shader)?;
-        let texts = texts(&self.folder, job.file);
+        let mut inner = self.lock();
+        let held = inner.fit.clone().filter(|_| inner.holds);
+        let texts = match held {
+            Some(held) => texts(job.file, &|name| {
+                let missing = || {
+                    Err(format!(
+                        "{}: it was not there",
+                        self.folder.join(name).display()
+                    ))
+                };
+                held.get(name).cloned().unwrap_or_else(missing)
+            }),
+            None => texts(job.file, &|name| read(&self.folder, name)),
+        };
         if texts.iter().all(|(name, text)| is_own(name, text)) {
             return Ok(None);
         }
-        let mut inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        let Inner { compiler, made } = &mut *inner;
+        let Inner { compiler, made, .. } = &mut *inner;
         let made = match made.entry((shader.name, shader.build)) {
             Entry::Occupied(entry) if entry.get().texts == texts => entry.into_mut(),
             entry => {
@@ -214,16 +263,33 @@ fn compile_job(
     Ok(words.iter().map(|&word| u32::from_le_bytes(word)).collect())
 }
 
-/// The text of `file` in `folder`, and of all that it includes, taken or not.
-fn texts(folder: &Path, file: &str) -> Texts {
+/// The text of `name` in `folder`.
+fn read(folder: &Path, name: &str) -> Result<String, String> {
+    let path = folder.join(name);
+    fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// All texts in `folder`, by name.
+fn texts_of(folder: &Path) -> Texts {
+    let paths = all(folder).into_keys();
+    let names = paths.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()));
+    names
+        .map(|name| {
+            let text = read(folder, &name);
+            (name, text)
+        })
+        .collect()
+}
+
+/// The text of `file`, which `read` reads, and of all that it includes, taken or not.
+fn texts(file: &str, read: &dyn Fn(&str) -> Result<String, String>) -> Texts {
     let mut texts = Texts::new();
     let mut open = vec![file.to_owned()];
     while let Some(name) = open.pop() {
         if texts.contains_key(&name) {
             continue;
         }
-        let path = folder.join(&name);
-        let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()));
+        let text = read(&name);
         if let Ok(text) = &text {
             let includes = text.lines().filter_map(included);
             open.extend(includes.map(str::to_owned));

@@ -370,8 +370,13 @@ impl Motion {
                 color: DVec3::new(r, g, b).max(DVec3::ZERO),
             };
         }
-        light.azimuth += 360.0 * self.animation.light_turns * self.share(time);
+        light.azimuth += self.light_turned(time);
         light
+    }
+
+    /// By how many degrees its turns have turned the light at `time` (s).
+    pub fn light_turned(&self, time: f64) -> f64 {
+        360.0 * self.animation.light_turns * self.share(time)
     }
 
     /// Where the camera stands at `time` (s), before it is fitted.

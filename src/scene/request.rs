@@ -216,6 +216,18 @@ impl Request {
         }
     }
 
+    /// Shows what `other` shows in place of its own: mesh, size, what moves, and where the camera stands. Light, material and
+    /// method stay.
+    pub fn show(&mut self, other: &Request) {
+        let shown = other.clone();
+        self.name = shown.name;
+        self.mesh = shown.mesh;
+        self.unit = shown.unit;
+        self.animation = shown.animation;
+        self.time = None;
+        self.viewpoint = shown.viewpoint;
+    }
+
     /// Loads the mesh, fits the camera and checks every value.
     ///
     /// # Errors

@@ -2,22 +2,30 @@
 //!
 //! egui looks once a pass where the pointer is and whether its button is down. While a picture is drawn a hand can do more
 //! than that: of a button that goes down, is dragged and goes up again within one long frame, egui would see nothing, and
-//! take a press for one at the place to which the pointer went on afterwards.
+//! take a press for one at the place to which the pointer went on afterwards. Nor would it know, of a number that is typed and
+//! confirmed within one frame, that its digits were no shortcuts.
 
-use egui::Event;
+use egui::{Event, Key};
 
-/// Leaves in `events` what a single pass can take in: moves of the pointer, or one change of its buttons, and all that is
-/// neither. Returns the others, which later passes take in.
+/// Leaves in `events` what a single pass can take in: moves of the pointer, or one change of its buttons; keys, or one that
+/// may change who listens to them; and all that is neither. Returns the others, which later passes take in.
 pub fn split(events: &mut Vec<Event>) -> Vec<Event> {
-    // Whether the last event of the pointer was one of its buttons.
-    let mut button = None;
+    // Whether the last event of the pointer was one of its buttons, and the last key one that may move the focus.
+    let (mut button, mut focus) = (None, None);
     let ends = |event: &Event| {
-        let now = match event {
-            Event::PointerButton { .. } => true,
-            Event::PointerMoved(_) | Event::PointerGone => false,
+        let (last, now) = match event {
+            Event::PointerButton { .. } => (&mut button, true),
+            Event::PointerMoved(_) | Event::PointerGone => (&mut button, false),
+            Event::Key {
+                pressed: true, key, ..
+            } => (
+                &mut focus,
+                matches!(key, Key::Enter | Key::Tab | Key::Escape),
+            ),
+            Event::Text(_) | Event::Paste(_) => (&mut focus, false),
             _ => return false,
         };
-        button.replace(now).is_some_and(|before| before || now)
+        last.replace(now).is_some_and(|before| before || now)
     };
     let end = events.iter().position(ends).unwrap_or(events.len());
     events.split_off(end)
@@ -61,6 +69,80 @@ mod tests {
         }
         assert!(events.is_empty());
         assert!(split(&mut events).is_empty());
+    }
+
+    fn key(key: Key) -> Event {
+        Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        }
+    }
+
+    #[test]
+    fn what_confirms_comes_by_itself() {
+        let text = || Event::Text("3".to_owned());
+        let all = [
+            vec![key(Key::Num3), text(), moved(0.0), key(Key::M), key(Key::M)],
+            vec![key(Key::Enter)],
+            vec![key(Key::Tab), moved(1.0)],
+            vec![key(Key::Num3), text()],
+        ];
+        let mut events = all.concat();
+        for pass in all {
+            let rest = split(&mut events);
+            assert_eq!(events, pass);
+            events = rest;
+        }
+        assert!(events.is_empty());
+    }
+
+    /// Digits of a number are for it alone, although all of it is typed and confirmed within one frame.
+    #[test]
+    fn digits_are_no_shortcuts() {
+        let context = egui::Context::default();
+        let (mut number, mut shortcuts) = (0.0, 0);
+        let mut pass = |events: Vec<Event>| {
+            let input = egui::RawInput {
+                screen_rect: Some(egui::Rect::from_min_size(
+                    pos2(0.0, 0.0),
+                    egui::vec2(200.0, 50.0),
+                )),
+                events,
+                ..Default::default()
+            };
+            let typed = context.text_edit_focused();
+            let _ = context.run_ui(input, |ui| {
+                ui.add(egui::DragValue::new(&mut number));
+            });
+            if !typed && !context.text_edit_focused() {
+                shortcuts += context.input(|input| input.num_presses(Key::Num3));
+            }
+        };
+        pass(vec![]);
+        let at = 20.0;
+        let mut events = vec![moved(at), button(at, true), button(at, false)];
+        for event in &mut events {
+            match event {
+                Event::PointerMoved(to) => to.y = 10.0,
+                Event::PointerButton { pos, .. } => pos.y = 10.0,
+                _ => {}
+            }
+        }
+        events.extend([
+            key(Key::Num3),
+            Event::Text("3".to_owned()),
+            key(Key::Enter),
+            key(Key::Num3),
+        ]);
+        while !events.is_empty() {
+            let later = split(&mut events);
+            pass(std::mem::replace(&mut events, later));
+        }
+        // The one after it is one.
+        assert_eq!((number, shortcuts), (3.0, 1));
     }
 
     /// What a widget makes of events that came within one frame.

@@ -140,7 +140,8 @@ impl Panel {
     pub fn show(&mut self, ui: &mut Ui, session: &mut Session, facts: &Facts<'_>) {
         self.play(session);
         let context = ui.ctx().clone();
-        // Before Esc closes it.
+        // Before a key ends it, and Esc closes it.
+        let typed = context.text_edit_focused();
         let listed = egui::Popup::is_any_open(&context);
         let ground = egui::Frame::new().fill(style::GROUND);
         let window = ui.max_rect();
@@ -185,7 +186,7 @@ impl Panel {
         self.dragging |= held && touched;
         self.dragging &= held;
         // A button that has the focus wants no letters; a number that is typed does, and so does a list that is open.
-        if !context.text_edit_focused() && !listed {
+        if !typed && !context.text_edit_focused() && !listed {
             self.keys(&context, session);
         }
         if self.told().is_some() {
@@ -428,8 +429,7 @@ impl Panel {
         });
         let by = DVec2::new(f64::from(by.x), f64::from(by.y));
         if held(PointerButton::Secondary) || modifiers.ctrl || light {
-            session.wanted.animation.light_keys = None;
-            session.wanted.light = orbit::turned_light(&session.wanted.light, by);
+            session.aim(orbit::turned_light(&session.light(), by));
         } else if held(PointerButton::Middle) || modifiers.shift {
             let height = f64::from(response.rect.height());
             self.steer(session, orbit::panned(session.camera(), by, height));
@@ -615,8 +615,7 @@ impl Panel {
             if pressed(key) {
                 // Five degrees a press.
                 let by = 12.5 * presses(key) as f64 * by;
-                session.wanted.animation.light_keys = None;
-                session.wanted.light = orbit::turned_light(&session.wanted.light, by);
+                session.aim(orbit::turned_light(&session.light(), by));
                 self.moved = Some(Instant::now());
             }
         }

@@ -7,11 +7,12 @@ use super::Error;
 use crate::frame::compose::Shown;
 use crate::frame::panel::Panel;
 use crate::frame::present::{Drawn, Presenter};
+use crate::frame::watch::States;
 use crate::frame::{self, Options, Renderer, Setup};
 use crate::gpu::{self, Device};
 use crate::ledger::budget::{self, Chosen};
 use crate::ledger::{self, Filter};
-use crate::scene::{Camera, MeshSource, Method, Model, Motion, Plan, Request, Single};
+use crate::scene::{Camera, Light, MeshSource, Method, Model, Motion, Plan, Request, Single};
 use std::sync::Arc;
 
 /// Behind the picture, where the scene puts nothing there: linear RGB of a neutral dark grey, against which both milk and
@@ -102,6 +103,10 @@ pub struct Session {
     warned: Option<String>,
     // Whether what is wanted cannot be drawn, and trying again would be in vain.
     stuck: bool,
+    // Whether there is no plan of it.
+    refused: bool,
+    /// Which state of the shaders is drawn with, where they are watched.
+    pub shaders: Option<States>,
     model: Arc<Model>,
     loaded: MeshSource,
     rows: Vec<budget::Row>,
@@ -187,6 +192,8 @@ impl Session {
             broken: None,
             warned: None,
             stuck: false,
+            refused: false,
+            shaders: None,
             loaded: wanted.mesh.clone(),
             planned: None,
             warning: String::new(),
@@ -246,6 +253,35 @@ impl Session {
         &self.plan.scene.camera
     }
 
+    /// The light that is wanted, at the frame of the animation that is shown.
+    pub fn light(&self) -> Light {
+        let mut light = self.wanted.light.clone();
+        let Some(motion) = self.motion() else {
+            return light;
+        };
+        let time = motion.time(self.frame_number);
+        match self.wanted.animation.light_keys {
+            Some(_) => light = motion.light(time),
+            None => light.azimuth += motion.light_turned(time),
+        }
+        if light.azimuth.abs() > 180.0 {
+            light.azimuth = around(light.azimuth);
+        }
+        light
+    }
+
+    /// Wants `light` at the frame that is shown; what turns it turns it on from there.
+    pub fn aim(&mut self, mut light: Light) {
+        if let Some(motion) = self.motion() {
+            let turned = motion.light_turned(motion.time(self.frame_number));
+            if turned != 0.0 {
+                light.azimuth = around(light.azimuth - turned);
+            }
+        }
+        self.wanted.animation.light_keys = None;
+        self.wanted.light = light;
+    }
+
     /// What was drawn last.
     pub fn phase(&self) -> Phase {
         self.phase
@@ -295,15 +331,8 @@ impl Session {
         let mut wanted = Request::open(source)?;
         if MeshSource::is_mesh(source) {
             // A mesh alone says nothing of light and method: these stay as they are.
-            wanted = Request {
-                name: wanted.name,
-                mesh: wanted.mesh,
-                unit: wanted.unit,
-                animation: wanted.animation,
-                time: None,
-                viewpoint: wanted.viewpoint,
-                ..self.wanted.clone()
-            };
+            let opened = std::mem::replace(&mut wanted, self.wanted.clone());
+            wanted.show(&opened);
         }
         wanted.size = self.wanted.size;
         let session = Session::new(&self.options, &self.device, wanted)?;
@@ -311,6 +340,7 @@ impl Session {
         self.draft_size = old.draft_size;
         self.auto_scale = old.auto_scale;
         self.prices = old.prices;
+        (self.shaders, self.broken) = (old.shaders, old.broken);
         (self.version, self.drawn) = (old.version + 1, old.drawn + 1);
         // Shown until there is something else.
         self.still = old.still;
@@ -376,15 +406,12 @@ impl Session {
     /// What the device cannot recover from; all else is [`Session::fault`].
     pub fn draw(&mut self, presenter: &mut Presenter, moving: bool) -> Result<(), Error> {
         if self.behind(moving) {
-            match self.replan(moving) {
-                Ok(()) => {
-                    self.fault.clone_from(&self.broken);
-                    self.stuck = false;
-                }
-                Err(error) => {
-                    self.fault = Some(error.to_string());
-                    self.stuck = true;
-                }
+            let planned = self.replan(moving);
+            self.refused = planned.is_err();
+            self.stuck = self.refused;
+            match planned {
+                Ok(()) => self.fault.clone_from(&self.broken),
+                Err(error) => self.fault = Some(error.to_string()),
             }
             self.planned = Some((self.wanted.clone(), self.frame_number));
             if !moving && !self.stuck {
@@ -396,6 +423,11 @@ impl Session {
         } else {
             self.draw_still(presenter)
         };
+        if drawn.is_ok() && self.stuck && !self.refused {
+            // A draft that was not drawn says nothing of the still.
+            self.stuck = false;
+            self.fault.clone_from(&self.broken);
+        }
         self.settle(drawn)
     }
 
@@ -602,10 +634,24 @@ impl Session {
         live: bool,
     ) -> Result<Option<&mut Stage>, Error> {
         if std::mem::take(&mut self.reload) {
+            let states = self.shaders.clone();
+            if let Some(states) = &states {
+                states.follow();
+            }
             match self.renew(presenter) {
-                // Those of before go on.
-                Err(Error::Device(gpu::Error::Shader(message))) => self.suffer_shaders(message),
-                renewed => renewed?,
+                Err(Error::Device(gpu::Error::Shader(message))) => {
+                    // Those of before go on, for whatever is drawn meanwhile.
+                    if let Some(states) = &states {
+                        states.hold();
+                    }
+                    self.suffer_shaders(message);
+                }
+                renewed => {
+                    renewed?;
+                    if let Some(states) = &states {
+                        states.accept();
+                    }
+                }
             }
         }
         let slot = match live {
@@ -817,6 +863,11 @@ impl Stage {
             frames: 0,
         }))
     }
+}
+
+/// An azimuth (degrees) within half a turn.
+fn around(azimuth: f64) -> f64 {
+    (azimuth + 180.0).rem_euclid(360.0) - 180.0
 }
 
 /// Frames that a still of `request` is averaged over.

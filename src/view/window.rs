@@ -225,6 +225,10 @@ impl Running {
         session.draft_size = settings.in_motion;
         if let Some(watcher) = &watcher {
             device.set_shader_source(Some(watcher.source()));
+            // Of what is drawn first, the folder as it is now is taken.
+            let states = watcher.states();
+            states.accept();
+            session.shaders = Some(states);
         }
         let size = window.inner_size().into();
         let presenter = Presenter::new(&device, &surface, size, settings.present)?;

@@ -1,8 +1,8 @@
 //! The settings of the picture.
 
 use crate::scene::{
-    Bundled, Exits, March, Material, MeshSource, Method, Request, Scattering, Single, bundled,
-    limits, preset,
+    Exits, March, Material, MeshSource, Method, Request, Scattering, Single, bundled, limits,
+    preset,
 };
 use crate::view::session::{Draft, Session};
 use crate::view::style;
@@ -14,8 +14,8 @@ use std::path::Path;
 pub struct Memory {
     /// Whether the last scroll was a wheel's.
     pub wheel: bool,
-    /// The file that was opened, which is no bundled mesh.
-    file: Option<MeshSource>,
+    /// The file that was opened, which is no bundled mesh, as it was.
+    file: Option<Request>,
     single: March,
     multiple: Method,
     budget: u32,
@@ -28,7 +28,7 @@ impl Memory {
         Memory {
             wheel: false,
             file: match &wanted.mesh {
-                MeshSource::File(_) => Some(wanted.mesh.clone()),
+                MeshSource::File(_) => Some(wanted.clone()),
                 MeshSource::Bundled(_) => None,
             },
             single: match wanted.single {
@@ -197,7 +197,7 @@ fn derived(ui: &mut Ui, name: &str, values: [f64; 3]) {
 pub fn show(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
     show_scene(ui, session, memory);
     show_material(ui, session);
-    show_light(ui, &mut session.wanted);
+    show_light(ui, session);
     show_method(ui, session, memory);
     show_picture(ui, session, memory);
 }
@@ -219,14 +219,12 @@ fn show_scene(ui: &mut Ui, session: &mut Session, memory: &Memory) {
             .show_ui(ui, |ui| {
                 // The first is another name of the last but one.
                 let bundled = bundled::NAMES[1..].iter();
-                let bundled = bundled.filter_map(|name| Bundled::named(name));
-                let bundled: Vec<_> = bundled.map(MeshSource::Bundled).collect();
-                for mesh in memory.file.iter().chain(&bundled) {
-                    let word = word(mesh);
+                let bundled = bundled.filter_map(|name| Request::open(Path::new(name)).ok());
+                let bundled: Vec<Request> = bundled.collect();
+                for each in memory.file.iter().chain(&bundled) {
+                    let word = word(&each.mesh);
                     if ui.selectable_label(word == own, &word).clicked() && word != own {
-                        wanted.mesh = mesh.clone();
-                        wanted.animation.clip = None;
-                        wanted.viewpoint = crate::scene::Viewpoint::default();
+                        wanted.show(each);
                     }
                 }
             });
@@ -290,10 +288,10 @@ fn show_material(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-fn show_light(ui: &mut Ui, wanted: &mut Request) {
+fn show_light(ui: &mut Ui, session: &mut Session) {
     section(ui, "Light");
-    let light = &mut wanted.light;
-    let before = (light.azimuth, light.elevation);
+    let before = session.light();
+    let mut light = before.clone();
     row(ui, "azimuth", |ui| {
         ui.add(
             slider(&mut light.azimuth, -180.0..=180.0)
@@ -312,8 +310,8 @@ fn show_light(ui: &mut Ui, wanted: &mut Request) {
         let slider = slider(&mut light.irradiance, 0.0..=30.0);
         ui.add(slider.max_decimals(2))
     });
-    if before != (light.azimuth, light.elevation) {
-        wanted.animation.light_keys = None;
+    if light != before {
+        session.aim(light);
     }
 }
 
