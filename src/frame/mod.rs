@@ -142,7 +142,7 @@ const DISPLAYED: Use = Use::COLOR_WRITE
     .discarding();
 
 /// The name of the pass that shades.
-const SHADE_PASS: &str = "shade";
+pub(crate) const SHADE_PASS: &str = "shade";
 
 /// How far a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,7 +13,7 @@ use super::worker::Worker;
 use crate::gpu::PresentMode;
 use crate::scene::{Deformer, Method, Scattering, Viewpoint};
 use egui::{
-    Align2, Color32, CursorIcon, Key, PointerButton, Rect, Response, Sense, Stroke, Ui, pos2, vec2,
+    Color32, CursorIcon, Key, PointerButton, Rect, Response, Sense, Stroke, Ui, pos2, vec2,
 };
 use glam::DVec2;
 use std::time::{Duration, Instant};
@@ -23,7 +23,7 @@ pub struct Facts<'a> {
     /// The last frames of the window.
     pub timing: &'a Timing,
     /// What the passes of the last picture cost.
-    pub costs: &'a [super::session::Cost],
+    pub costs: &'a super::session::Costs,
     /// Device time of composing the window, ms.
     pub compose: Option<f64>,
     /// How frames are shown.
@@ -524,19 +524,17 @@ impl Panel {
         let middle = pos2(x, rect.bottom() - 36.0);
         painter.circle_filled(middle, 7.0, ink);
         for (side, name) in [-1.0, 1.0].into_iter().zip(names) {
-            let align = if side < 0.0 {
-                Align2::RIGHT_TOP
+            let ink = Color32::from_white_alpha(190);
+            let name = painter.layout_no_wrap(name, style::numbers(), ink);
+            let (left, room) = if side < 0.0 {
+                (x - 12.0 - name.size().x, x - 12.0 - rect.left())
             } else {
-                Align2::LEFT_TOP
+                (x + 12.0, rect.right() - x - 12.0)
             };
-            let at = pos2(x + side * 12.0, rect.top() + 12.0);
-            painter.text(
-                at,
-                align,
-                name,
-                style::numbers(),
-                Color32::from_white_alpha(190),
-            );
+            // A side too narrow for its name does without.
+            if name.size().x <= room {
+                painter.galley(pos2(left, rect.top() + 12.0), name, ink);
+            }
         }
         handle.dragged()
     }
@@ -603,7 +601,12 @@ impl Panel {
             self.controls.toggle_multiple(&mut session.wanted);
         }
         for (key, stops) in [(Key::OpenBracket, -0.25_f64), (Key::CloseBracket, 0.25)] {
-            session.wanted.exposure *= (stops * presses(key) as f64).exp2();
+            let presses = presses(key);
+            if presses > 0 {
+                let stops = session.wanted.exposure.log2() + stops * presses as f64;
+                // Steps there and back end where they began.
+                session.wanted.exposure = ((1e6 * stops).round() * 1e-6).exp2();
+            }
         }
         let arrows = [
             (Key::ArrowLeft, DVec2::new(-1.0, 0.0)),

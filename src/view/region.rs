@@ -187,7 +187,10 @@ pub fn measure(
         place,
         errors: relative_errors(&exact, &found)?,
         rr: compare(&exact, &found)?.rr,
-        method: found.name,
+        method: match plan.split {
+            Some(_) => format!("{} (as right of the line)", found.name),
+            None => found.name,
+        },
         time: start.elapsed(),
     })
 }

@@ -87,6 +87,17 @@ pub struct Cost {
     pub over_floor: Option<f64>,
 }
 
+/// What the last frame cost.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Costs {
+    /// Its passes, in turn.
+    pub passes: Vec<Cost>,
+    /// Fetches that it declares of a pixel.
+    pub fetches: u32,
+    /// Width and height of it, pixels.
+    pub size: [u32; 2],
+}
+
 /// What the window shows, and how it came about.
 pub struct Session {
     /// What is wanted. Whoever changes it need not ask whether it can be drawn: [`Session::fault`] says so.
@@ -760,29 +771,31 @@ impl Session {
         }))
     }
 
-    /// What the passes of the last frame cost, in turn.
-    pub fn costs(&mut self) -> Vec<Cost> {
+    /// What the last frame cost that is known to be done; none before there is one.
+    pub fn costs(&mut self) -> Option<Costs> {
         let (filter, prices) = (self.filter, self.prices.clone());
         let (draft, covered) = (matches!(self.phase, Phase::Draft(_)), self.covered);
-        let Some(stage) = self.shown() else {
-            return Vec::new();
-        };
+        let stage = self.shown()?;
         let declared = match draft {
             true => ledger::declared_live(&stage.plan, filter),
             false => ledger::declared(&stage.plan, filter),
         };
-        let passes = stage.renderer.last_passes().into_iter();
+        let passes = stage.renderer.last_passes();
         let [width, height] = stage.plan.size.map(f64::from);
-        let covered = covered * width * height;
+        // Where the device counts, it knows what this very frame covers; else the last whole still does.
+        let ran = passes.iter().find(|(pass, ..)| *pass == frame::SHADE_PASS);
+        let counted = ran.and_then(|(.., count)| *count).map(|count| count as f64);
         let fetched = frame::cases::Fetched {
             plan: &stage.plan,
             declared: &declared,
             filter,
-            covered,
+            covered: counted.unwrap_or(covered * width * height),
             costs: &prices,
         };
-        let costs = passes.map(|(pass, milliseconds, _)| {
-            let floor = fetched.floor(pass);
+        let costs = passes.iter().map(|&(pass, milliseconds, _)| {
+            // Of a split picture the ledger declares what the dearer side reads, and how many pixels that has nobody knows.
+            let shared = stage.plan.split.is_some() && pass == frame::SHADE_PASS;
+            let floor = fetched.floor(pass).filter(|_| !shared);
             let lines = declared.iter().filter(|line| line.pass == pass);
             let read = lines.filter(|line| ledger::counts(line.term) || line.term == ledger::TEXEL);
             Cost {
@@ -792,7 +805,12 @@ impl Session {
                 over_floor: floor.map(|floor| milliseconds / floor),
             }
         });
-        costs.collect()
+        let costs = Costs {
+            passes: costs.collect(),
+            fetches: ledger::total(&declared),
+            size: stage.plan.size,
+        };
+        (!costs.passes.is_empty()).then_some(costs)
     }
 
     /// Fetches a pixel that the plan declares.
@@ -881,7 +899,7 @@ fn check(request: &Request) -> Result<(), Error> {
         && (request.multiple == Method::Exact || request.split == Some(Method::Exact))
     {
         return Err(Error::Input(
-            "exact takes minutes: choose another method, and see its error against exact below, or `marmor render --multiple exact`"
+            "exact takes minutes: choose another method, and see its error against exact in the window (E), or `marmor render --multiple exact`"
                 .to_owned(),
         ));
     }

@@ -1,7 +1,7 @@
 //! The system's window: its events, and its frames.
 
 use super::panel::{Facts, Panel};
-use super::session::{Cost, Loaded, Phase, Session};
+use super::session::{Costs, Loaded, Phase, Session};
 use super::timing::{Clock, Frame, Timing};
 use super::worker::Worker;
 use super::{Error, Settings, Summary, events, paint, save, style};
@@ -190,7 +190,7 @@ struct Running {
     complaints: usize,
     saves: PathBuf,
     // What the last frame cost that is known to be done; the first of another renderer is not, yet.
-    costs: Vec<Cost>,
+    costs: Costs,
     // Whether the picture is to be saved once it is whole.
     saving: bool,
     // Sees the shaders change, where they are watched.
@@ -265,7 +265,7 @@ impl Running {
             tally: Tally::default(),
             messages: Vec::new(),
             complaints: 0,
-            costs: Vec::new(),
+            costs: Costs::default(),
             saves: settings.saves.clone(),
             saving: false,
             watcher,
@@ -435,8 +435,7 @@ impl Running {
         input.events.splice(0..0, std::mem::take(&mut self.later));
         self.later = events::split(&mut input.events);
         let device = Arc::clone(self.session.device());
-        let costs = self.session.costs();
-        if !costs.is_empty() {
+        if let Some(costs) = self.session.costs() {
             self.costs = costs;
         }
         let facts = Facts {

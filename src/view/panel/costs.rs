@@ -94,6 +94,7 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
         .map(|milliseconds| ("compose", milliseconds, picture.per_pixel, None));
     let passes = facts
         .costs
+        .passes
         .iter()
         .map(|cost| (cost.pass, cost.milliseconds, cost.fetches, cost.over_floor));
     let lines: Vec<_> = passes.chain(compose).collect();
@@ -152,11 +153,28 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
     }
     let sum: f64 = lines.iter().map(|line| line.1).sum();
     let triangles = session.plan().scene.mesh.triangles.len();
-    let [width, height] = session.plan().size;
-    let words = format!(
-        "{sum:.1} ms   {} fetches a pixel   {width} × {height}   {triangles} triangles",
-        session.fetches()
-    );
+    let [width, height] = facts.costs.size;
+    let fetches = facts.costs.fetches;
+    let words = [
+        format!("{sum:.1} ms"),
+        format!("{fetches} fetches a pixel"),
+        format!("{width} × {height}"),
+        format!("{triangles} triangles"),
+    ];
+    // As many of them as there is room for.
+    let fits = |words: &str| {
+        let galley = ui
+            .painter()
+            .layout_no_wrap(words.to_owned(), style::numbers(), style::DIM);
+        galley.size().x <= rect.width()
+    };
+    let words = (1..=words.len())
+        .rev()
+        .map(|count| words[..count].join("   "));
+    let words = words
+        .into_iter()
+        .find(|words| fits(words))
+        .unwrap_or_default();
     show_foot(ui, rect, &words);
 }
 

@@ -498,9 +498,8 @@ fn show_legend(ui: &Ui, rect: Rect, legend: &Legend) -> Rect {
         let step = bar.width() / colors.len().max(1) as f32;
         for (place, [r, g, b, _]) in (0u16..).zip(&colors) {
             let left = bar.left() + step * f32::from(place);
-            // A little wider, lest seams show.
-            let right = (left + step + 0.5).min(bar.right());
-            let strip = Rect::from_min_max(pos2(left, bar.top()), pos2(right, bar.bottom()));
+            // As far as the bar goes, lest what lies behind show at the soft edges: the next one covers the rest.
+            let strip = Rect::from_min_max(pos2(left, bar.top()), bar.max);
             painter.rect_filled(strip, 0.0, Color32::from_rgb(*r, *g, *b));
         }
         at.y += 8.0 + 5.0;
