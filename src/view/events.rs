@@ -13,6 +13,14 @@ pub fn split(events: &mut Vec<Event>) -> Vec<Event> {
     // Whether the last event of the pointer was one of its buttons, and the last key one that may move the focus.
     let (mut button, mut focus) = (None, None);
     let ends = |event: &Event| {
+        let types = matches!(
+            event,
+            Event::Key { pressed: true, .. } | Event::Text(_) | Event::Paste(_)
+        );
+        if types && button == Some(true) {
+            // A click may have moved it, too.
+            return true;
+        }
         let (last, now) = match event {
             Event::PointerButton { .. } => (&mut button, true),
             Event::PointerMoved(_) | Event::PointerGone => (&mut button, false),
@@ -52,14 +60,15 @@ mod tests {
     #[test]
     fn a_pass_sees_one_button() {
         let text = || Event::Text("a".to_owned());
+        let neither = || Event::WindowFocused(true);
         let all = [
             vec![text(), moved(0.0), moved(1.0), text()],
-            vec![button(1.0, true), text()],
-            vec![moved(2.0), moved(3.0)],
+            vec![button(1.0, true), neither()],
+            vec![text(), moved(2.0), moved(3.0)],
             vec![button(3.0, false)],
             vec![button(3.0, true)],
-            vec![button(3.0, false), text()],
-            vec![Event::PointerGone],
+            vec![button(3.0, false)],
+            vec![text(), Event::PointerGone],
         ];
         let mut events = all.concat();
         for pass in all {
