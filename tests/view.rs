@@ -551,8 +551,17 @@ fn shaders_of_the_window_reload_as_those_of_the_picture_do() {
     screen_turns(&|pixel| pixel == backdrop);
     // Those of the picture as well.
     let encoded = "vec4(encode_srgb(clamp(color, 0.0, 1.0)), alpha)";
+    // A method that was not drawn before is drawn by older ones, too.
+    let wrong = "vec4(encode_srgb(clamp(colour, 0.0, 1.0)), alpha)";
+    shaders::replace(copy.path(), "resolve.frag", encoded, wrong);
+    viewer.wait("error: 'colour'");
+    viewer.whole();
+    viewer.key("m");
+    viewer.whole();
+    let (_, saved) = viewer.save();
+    reproduces(folder, &saved);
     let green = "vec4(0.0, 1.0, 0.0, 1.0)";
-    shaders::replace(copy.path(), "resolve.frag", encoded, green);
+    shaders::replace(copy.path(), "resolve.frag", wrong, green);
     screen_turns(&|pixel| pixel == [0, 255, 0]);
     viewer.end(|viewer| viewer.key("ctrl+q"));
 }
