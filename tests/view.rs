@@ -597,6 +597,63 @@ fn another_scene_opens_in_place_of_this_one() {
     assert!(!session.converged());
 }
 
+/// A light that moves is steered from where it is drawn, and another mesh is as large as it is.
+#[test]
+fn what_the_scene_moves_is_taken_up_where_it_is() {
+    let Some(device) = device::device() else {
+        return;
+    };
+    let folder = folder();
+    let scene = |text: &str| {
+        let path = folder.path().join("scene.toml");
+        fs::write(&path, text).expect("a scene");
+        let mut wanted = Request::open(&path).expect("a scene");
+        wanted.size = [32, 24];
+        Session::new(&options(), &device.device, wanted).expect("a session")
+    };
+    let keyed = "mesh = \"statue-1k\"\nunit = 1000\n[animation]\nduration = 4\nfps = 10\n\
+                 [animation.light]\nkeys = [{ time = 0, azimuth = -60, elevation = 10 }, \
+                 { time = 2, azimuth = 120, elevation = 60 }]\n";
+    let turning =
+        "mesh = \"statue-1k\"\n[animation]\nduration = 4\nfps = 10\n[animation.light]\nturns = 1\n";
+    for (text, frame, azimuth, elevation) in
+        [(keyed, 20, 120.0, Some(60.0)), (turning, 10, 90.0, None)]
+    {
+        let mut session = scene(text);
+        let base = session.wanted.light.clone();
+        session.frame_number = frame;
+        let light = session.light();
+        let motion = session.motion().expect("one");
+        let drawn = motion.light(motion.time(frame));
+        let wanted = if elevation.is_none() {
+            base.azimuth + azimuth
+        } else {
+            azimuth
+        };
+        let apart = |a: f64, b: f64| (a - b + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(
+            apart(light.azimuth, wanted).abs() < 1e-9,
+            "{}",
+            light.azimuth
+        );
+        assert!(apart(light.azimuth, drawn.azimuth).abs() < 1e-9);
+        assert_eq!(light.elevation, drawn.elevation);
+        assert!(elevation.is_none_or(|own| (light.elevation - own).abs() < 1e-9));
+        let mut turned = light.clone();
+        turned.azimuth = -170.0;
+        session.aim(turned.clone());
+        assert!(apart(session.light().azimuth, -170.0).abs() < 1e-9);
+        assert_eq!(session.light().elevation, light.elevation);
+        assert!(session.wanted.animation.light_keys.is_none());
+    }
+    let mut session = scene(keyed);
+    let other = Request::open(Path::new("statue-5k")).expect("a mesh");
+    session.wanted.show(&other);
+    assert_eq!(session.wanted.unit, 1.0);
+    assert_eq!(session.wanted.animation, other.animation);
+    assert_eq!(session.wanted.light, scene(keyed).wanted.light);
+}
+
 /// What is shown is what `render` draws from the scene that is saved: methods are chosen for all frames of the still.
 #[test]
 fn a_budget_counts_what_the_still_reads() {
