@@ -22,6 +22,9 @@ pub const BACKDROP: [f32; 3] = [0.0137, 0.0144, 0.0152];
 /// How long may the device take for a frame while something moves, ms? At 25 a second a drag feels attached to the pointer.
 const FLUID: f64 = 40.0;
 
+/// The passes that run where something is covered.
+const SHADING: [&str; 2] = [frame::SHADE_PASS, ledger::HALF_SHADE];
+
 /// How many slow frames in a row make it smaller?
 const SLOW: u32 = 12;
 
@@ -85,6 +88,8 @@ pub struct Cost {
     pub fetches: u32,
     /// How often its time is that of its fetches alone, where prices are known.
     pub over_floor: Option<f64>,
+    /// Whether it is by the pixels that another view covers, the last that was whole.
+    pub roughly: bool,
 }
 
 /// What the last frame cost.
@@ -133,8 +138,8 @@ pub struct Session {
     reload: bool,
     // Whether the plan is one that only serves a drag.
     steered: bool,
-    // Share of the pixels that the last whole still covers.
-    covered: f64,
+    // Share of the pixels that the last whole still covers, and by which camera at which frame.
+    covered: (f64, Option<(Camera, u32)>),
     phase: Phase,
     // How many plans there were, and how many times what they draw has changed.
     version: u64,
@@ -212,7 +217,7 @@ impl Session {
             draft: None,
             reload: false,
             steered: false,
-            covered: 0.5,
+            covered: (0.5, None),
             phase: Phase::Still(0, FRAMES),
             version: 0,
             drawn: 0,
@@ -631,7 +636,9 @@ impl Session {
             tracing::info!("still: {frames} frames, {width}x{height} pixels");
             if let Some(read) = self.read()? {
                 let covered = read.radiance.iter().filter(|pixel| pixel[3] > 0.0);
-                self.covered = covered.count() as f64 / read.radiance.len().max(1) as f64;
+                let share = covered.count() as f64 / read.radiance.len().max(1) as f64;
+                let seen = (self.plan.scene.camera.clone(), self.frame_number);
+                self.covered = (share, Some(seen));
             }
         }
         Ok(())
@@ -774,7 +781,8 @@ impl Session {
     /// What the last frame cost that is known to be done; none before there is one.
     pub fn costs(&mut self) -> Option<Costs> {
         let (filter, prices) = (self.filter, self.prices.clone());
-        let (draft, covered) = (matches!(self.phase, Phase::Draft(_)), self.covered);
+        let (share, seen) = self.covered.clone();
+        let (draft, frame_number) = (matches!(self.phase, Phase::Draft(_)), self.frame_number);
         let stage = self.shown()?;
         let declared = match draft {
             true => ledger::declared_live(&stage.plan, filter),
@@ -782,14 +790,13 @@ impl Session {
         };
         let passes = stage.renderer.last_passes();
         let [width, height] = stage.plan.size.map(f64::from);
-        // Where the device counts, it knows what this very frame covers; else the last whole still does.
-        let ran = passes.iter().find(|(pass, ..)| *pass == frame::SHADE_PASS);
-        let counted = ran.and_then(|(.., count)| *count).map(|count| count as f64);
+        let seen = seen
+            .is_some_and(|(camera, at)| camera == stage.plan.scene.camera && at == frame_number);
         let fetched = frame::cases::Fetched {
             plan: &stage.plan,
             declared: &declared,
             filter,
-            covered: counted.unwrap_or(covered * width * height),
+            covered: share * width * height,
             costs: &prices,
         };
         let costs = passes.iter().map(|&(pass, milliseconds, _)| {
@@ -803,6 +810,7 @@ impl Session {
                 milliseconds,
                 fetches: read.map(|line| line.per_pixel).sum(),
                 over_floor: floor.map(|floor| milliseconds / floor),
+                roughly: !seen && SHADING.contains(&pass),
             }
         });
         let costs = Costs {

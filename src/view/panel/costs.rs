@@ -91,12 +91,17 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
     let [picture, _] = ledger::declared_window();
     let compose = facts
         .compose
-        .map(|milliseconds| ("compose", milliseconds, picture.per_pixel, None));
-    let passes = facts
-        .costs
-        .passes
-        .iter()
-        .map(|cost| (cost.pass, cost.milliseconds, cost.fetches, cost.over_floor));
+        .map(|milliseconds| ("compose", milliseconds, picture.per_pixel, None, ""));
+    let passes = facts.costs.passes.iter().map(|cost| {
+        let about = if cost.roughly { "~" } else { "" };
+        (
+            cost.pass,
+            cost.milliseconds,
+            cost.fetches,
+            cost.over_floor,
+            about,
+        )
+    });
     let lines: Vec<_> = passes.chain(compose).collect();
     let most = lines.iter().map(|line| line.1).fold(1e-3, f64::max);
     // All passes have their line, be they many.
@@ -104,7 +109,7 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
     let line = room.min(LINE);
     let font = FontId::proportional((0.82 * line).min(12.0));
     let numbers_font = FontId::monospace((0.8 * line).min(11.5));
-    for (row, (name, milliseconds, fetches, over_floor)) in lines.iter().enumerate() {
+    for (row, (name, milliseconds, fetches, over_floor, about)) in lines.iter().enumerate() {
         let y = rect.top() + 16.0 + line * row as f32;
         let own = if *name == "compose" {
             style::COOL
@@ -137,7 +142,7 @@ fn show_bars(ui: &Ui, rect: Rect, session: &Session, facts: &Facts<'_>) {
             ),
             (
                 176.0,
-                over_floor.map_or("–".to_owned(), |over| format!("{over:.1}")),
+                over_floor.map_or("–".to_owned(), |over| format!("{about}{over:.1}")),
             ),
         ];
         for (at, number) in numbers {
