@@ -27,9 +27,14 @@ present() {
     esac
 }
 
+# The libraries that the system finds by name; none where it keeps no list.
+libraries() {
+    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null || true
+}
+
 have_vulkan_loader() {
     local dir cache
-    cache=$(PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null || true)
+    cache=$(libraries)
     case $cache in *libvulkan.so.1*) return 0 ;; esac
     local IFS=:
     for dir in ${LD_LIBRARY_PATH:-} ${DYLD_LIBRARY_PATH:-} ${VULKAN_SDK:+"$VULKAN_SDK/lib"} \
@@ -42,7 +47,7 @@ have_vulkan_loader() {
 # What a window on X11 is opened with, and asked for only then.
 have_window_libraries() {
     local cache library
-    cache=$(PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null || true)
+    cache=$(libraries)
     for library in libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
         case $cache in *"$library "*) ;; *) return 1 ;; esac
     done
@@ -50,7 +55,7 @@ have_window_libraries() {
 
 # The allocator that scripts/view_soak.sh measures memory with; nothing where there is none.
 jemalloc_file() {
-    PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | sed -n 's/.*libjemalloc\.so\.2 .*=> //p' | head -n 1
+    libraries | sed -n 's/.*libjemalloc\.so\.2 .*=> //p' | head -n 1
 }
 
 # have_vulkan_file FOLDER PATTERN OVERRIDE: is there such a manifest where the

@@ -6,7 +6,7 @@
 # Memory is what the program and its driver have asked for and not given back, as jemalloc counts it. What the system says
 # the process holds (VmRSS) is printed, too, but grows without a leak: glibc keeps holes where shaders were compiled, and a
 # block of device memory counts as far as it was ever touched. lavapipe draws without threads of its own (LP_NUM_THREADS=0),
-# since with them what it still holds of pipelines that are gone depends on how far they lag behind: that hides leaks.
+# since with them what is asked for goes up and down by more, and less regularly: that hides leaks.
 #
 # The bound is for the time of the clock. On a virtual machine that is the host's as well: what it took of the CPUs is printed
 # beside each slow frame (stolen.py), and where it took much a run says nothing of the program: run it again.

@@ -6,7 +6,7 @@ use super::picture::PictureArguments;
 use super::values;
 use crate::frame;
 use crate::gpu::PresentMode;
-use crate::scene::{self, defaults};
+use crate::scene::{defaults, names};
 use crate::view::session::Draft;
 use crate::view::{self, Settings};
 use clap::Args;
@@ -70,17 +70,17 @@ fn in_motion(name: &str) -> Result<Draft, String> {
     named(name, Draft::ALL, Draft::NAMES, "size in motion")
 }
 
-/// That of `all` which has `name` among their `names`; `what` they are, for who misspells it.
+/// That of `all` which has `name` among those they are `known` by; `what` they are, for who misspells it.
 fn named<T, const N: usize>(
     name: &str,
     all: [T; N],
-    names: [&str; N],
+    known: [&str; N],
     what: &str,
 ) -> Result<T, String> {
-    let mut pairs = all.into_iter().zip(names);
+    let mut pairs = all.into_iter().zip(known);
     let found = pairs.find_map(|(value, own)| (own == name).then_some(value));
     found.ok_or_else(|| {
-        let remedy = scene::names::remedy(name, &names);
+        let remedy = names::remedy(name, &known);
         format!("unknown {what} \"{name}\"; {remedy}")
     })
 }

@@ -108,7 +108,6 @@ impl Watcher {
 }
 
 /// Which state of a watched folder its [`Watcher::source`] takes: that of now, or the last that was fit to draw with.
-#[derive(Clone)]
 pub struct States(Arc<Kept>);
 
 impl States {
@@ -119,8 +118,8 @@ impl States {
 
     /// Notes that the texts as they are now are fit to draw with.
     pub fn accept(&self) {
-        let fit = Arc::new(texts_of(&self.0.folder));
-        self.0.lock().fit = Some(fit);
+        let fit = all(&self.0.folder);
+        self.0.lock().fit = Some(Arc::new(fit));
     }
 
     /// Takes those that were last accepted until [`States::follow`]; if there are none, those of now.
@@ -189,7 +188,7 @@ struct Inner {
     compiler: shaderc::Compiler,
     made: HashMap<(&'static str, ShaderBuild), Made>,
     // The texts that were last accepted, and whether they stand for those of the folder.
-    fit: Option<Arc<Texts>>,
+    fit: Option<Arc<BTreeMap<PathBuf, Option<String>>>>,
     holds: bool,
 }
 
@@ -210,13 +209,9 @@ impl Kept {
         let held = inner.fit.clone().filter(|_| inner.holds);
         let texts = match held {
             Some(held) => texts(job.file, &|name| {
-                let missing = || {
-                    Err(format!(
-                        "{}: it was not there",
-                        self.folder.join(name).display()
-                    ))
-                };
-                held.get(name).cloned().unwrap_or_else(missing)
+                let path = self.folder.join(name);
+                let text = held.get(&path).cloned().flatten();
+                text.ok_or_else(|| format!("{}: it was not there", path.display()))
             }),
             None => texts(job.file, &|name| read(&self.folder, name)),
         };
@@ -267,18 +262,6 @@ fn compile_job(
 fn read(folder: &Path, name: &str) -> Result<String, String> {
     let path = folder.join(name);
     fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))
-}
-
-/// All texts in `folder`, by name.
-fn texts_of(folder: &Path) -> Texts {
-    let paths = all(folder).into_keys();
-    let names = paths.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()));
-    names
-        .map(|name| {
-            let text = read(folder, &name);
-            (name, text)
-        })
-        .collect()
 }
 
 /// The text of `file`, which `read` reads, and of all that it includes, taken or not.

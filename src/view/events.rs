@@ -13,27 +13,19 @@ pub fn split(events: &mut Vec<Event>) -> Vec<Event> {
     // Whether the last event of the pointer was one of its buttons, and the last key one that may move the focus.
     let (mut button, mut focus) = (None, None);
     let ends = |event: &Event| {
-        let types = matches!(
-            event,
-            Event::Key { pressed: true, .. } | Event::Text(_) | Event::Paste(_)
-        );
-        if types && button == Some(true) {
-            // A click may have moved it, too.
-            return true;
-        }
-        let (last, now) = match event {
-            Event::PointerButton { .. } => (&mut button, true),
-            Event::PointerMoved(_) | Event::PointerGone => (&mut button, false),
+        let (types, now) = match event {
+            Event::PointerButton { .. } => (false, true),
+            Event::PointerMoved(_) | Event::PointerGone => (false, false),
             Event::Key {
                 pressed: true, key, ..
-            } => (
-                &mut focus,
-                matches!(key, Key::Enter | Key::Tab | Key::Escape),
-            ),
-            Event::Text(_) | Event::Paste(_) => (&mut focus, false),
+            } => (true, matches!(key, Key::Enter | Key::Tab | Key::Escape)),
+            Event::Text(_) | Event::Paste(_) => (true, false),
             _ => return false,
         };
-        last.replace(now).is_some_and(|before| before || now)
+        // A click may have moved the focus, too.
+        let clicked = types && button == Some(true);
+        let last = if types { &mut focus } else { &mut button };
+        clicked || last.replace(now).is_some_and(|before| before || now)
     };
     let end = events.iter().position(ends).unwrap_or(events.len());
     events.split_off(end)
@@ -57,6 +49,27 @@ mod tests {
         }
     }
 
+    /// Events that come at once are taken in by `passes`.
+    fn comes_in(passes: &[Vec<Event>]) {
+        let mut events = passes.concat();
+        for pass in passes {
+            let rest = split(&mut events);
+            assert_eq!(events, *pass);
+            events = rest;
+        }
+        assert!(events.is_empty());
+    }
+
+    /// What a pass of a small window takes in.
+    fn input(events: Vec<Event>) -> egui::RawInput {
+        let size = egui::vec2(200.0, 50.0);
+        egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(pos2(0.0, 0.0), size)),
+            events,
+            ..Default::default()
+        }
+    }
+
     #[test]
     fn a_pass_sees_one_button() {
         let text = || Event::Text("a".to_owned());
@@ -70,14 +83,8 @@ mod tests {
             vec![button(3.0, false)],
             vec![text(), Event::PointerGone],
         ];
-        let mut events = all.concat();
-        for pass in all {
-            let rest = split(&mut events);
-            assert_eq!(events, pass);
-            events = rest;
-        }
-        assert!(events.is_empty());
-        assert!(split(&mut events).is_empty());
+        comes_in(&all);
+        assert!(split(&mut Vec::new()).is_empty());
     }
 
     fn key(key: Key) -> Event {
@@ -99,13 +106,7 @@ mod tests {
             vec![key(Key::Tab), moved(1.0)],
             vec![key(Key::Num3), text()],
         ];
-        let mut events = all.concat();
-        for pass in all {
-            let rest = split(&mut events);
-            assert_eq!(events, pass);
-            events = rest;
-        }
-        assert!(events.is_empty());
+        comes_in(&all);
     }
 
     /// Digits of a number are for it alone, although all of it is typed and confirmed within one frame.
@@ -114,16 +115,8 @@ mod tests {
         let context = egui::Context::default();
         let (mut number, mut shortcuts) = (0.0, 0);
         let mut pass = |events: Vec<Event>| {
-            let input = egui::RawInput {
-                screen_rect: Some(egui::Rect::from_min_size(
-                    pos2(0.0, 0.0),
-                    egui::vec2(200.0, 50.0),
-                )),
-                events,
-                ..Default::default()
-            };
             let typed = context.text_edit_focused();
-            let _ = context.run_ui(input, |ui| {
+            let _ = context.run_ui(input(events), |ui| {
                 ui.add(egui::DragValue::new(&mut number));
             });
             if !typed && !context.text_edit_focused() {
@@ -131,21 +124,15 @@ mod tests {
             }
         };
         pass(vec![]);
-        let at = 20.0;
-        let mut events = vec![moved(at), button(at, true), button(at, false)];
-        for event in &mut events {
-            match event {
-                Event::PointerMoved(to) => to.y = 10.0,
-                Event::PointerButton { pos, .. } => pos.y = 10.0,
-                _ => {}
-            }
-        }
-        events.extend([
+        let mut events = vec![
+            moved(20.0),
+            button(20.0, true),
+            button(20.0, false),
             key(Key::Num3),
             Event::Text("3".to_owned()),
             key(Key::Enter),
             key(Key::Num3),
-        ]);
+        ];
         while !events.is_empty() {
             let later = split(&mut events);
             pass(std::mem::replace(&mut events, later));
@@ -159,15 +146,7 @@ mod tests {
         let context = egui::Context::default();
         let (mut by, mut clicks) = (egui::Vec2::ZERO, 0);
         let mut pass = |events: Vec<Event>| {
-            let input = egui::RawInput {
-                screen_rect: Some(egui::Rect::from_min_size(
-                    pos2(0.0, 0.0),
-                    egui::vec2(200.0, 50.0),
-                )),
-                events,
-                ..Default::default()
-            };
-            let _ = context.run_ui(input, |ui| {
+            let _ = context.run_ui(input(events), |ui| {
                 let sense = egui::Sense::click_and_drag();
                 let rect = egui::Rect::from_min_size(pos2(0.0, 0.0), egui::vec2(100.0, 50.0));
                 let response = ui.interact(rect, egui::Id::new("left"), sense);

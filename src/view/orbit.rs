@@ -24,6 +24,11 @@ fn angles(camera: &Camera) -> [f64; 3] {
     [azimuth, elevation.to_degrees(), distance]
 }
 
+/// The same azimuth (degrees) within half a turn.
+pub fn around(azimuth: f64) -> f64 {
+    (azimuth + 180.0).rem_euclid(360.0) - 180.0
+}
+
 fn orbit([azimuth, elevation, distance]: [f64; 3], camera: &Camera) -> Viewpoint {
     Viewpoint::Orbit {
         azimuth,
@@ -37,7 +42,7 @@ fn orbit([azimuth, elevation, distance]: [f64; 3], camera: &Camera) -> Viewpoint
 pub fn turned(camera: &Camera, by: DVec2) -> Viewpoint {
     let [azimuth, elevation, distance] = angles(camera);
     // A drag across the front wraps around, so that the numbers in the panel stay small.
-    let azimuth = (azimuth - TURN * by.x + 180.0).rem_euclid(360.0) - 180.0;
+    let azimuth = around(azimuth - TURN * by.x);
     orbit([azimuth, elevation + TURN * by.y, distance], camera)
 }
 
@@ -70,7 +75,7 @@ pub fn zoomed(camera: &Camera, factor: f64, radius: f64) -> Viewpoint {
 /// The light turned by a drag of `by` (points), as if one pushed the lamp.
 pub fn turned_light(light: &Light, by: DVec2) -> Light {
     Light {
-        azimuth: (light.azimuth + TURN_LIGHT * by.x + 180.0).rem_euclid(360.0) - 180.0,
+        azimuth: around(light.azimuth + TURN_LIGHT * by.x),
         elevation: (light.elevation - TURN_LIGHT * by.y).clamp(-90.0, 90.0),
         ..light.clone()
     }

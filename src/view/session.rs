@@ -4,6 +4,7 @@
 //! soon as all is still, the full one is averaged, frame by frame, exactly as `marmor render` does.
 
 use super::Error;
+use super::orbit::around;
 use crate::frame::compose::Shown;
 use crate::frame::panel::Panel;
 use crate::frame::present::{Drawn, Presenter};
@@ -139,7 +140,8 @@ pub struct Session {
     // Whether the plan is one that only serves a drag.
     steered: bool,
     // Share of the pixels that the last whole still covers, and by which camera at which frame.
-    covered: (f64, Option<(Camera, u32)>),
+    covered: f64,
+    covered_by: Option<(Camera, u32)>,
     phase: Phase,
     // How many plans there were, and how many times what they draw has changed.
     version: u64,
@@ -217,7 +219,8 @@ impl Session {
             draft: None,
             reload: false,
             steered: false,
-            covered: (0.5, None),
+            covered: 0.5,
+            covered_by: None,
             phase: Phase::Still(0, FRAMES),
             version: 0,
             drawn: 0,
@@ -636,9 +639,8 @@ impl Session {
             tracing::info!("still: {frames} frames, {width}x{height} pixels");
             if let Some(read) = self.read()? {
                 let covered = read.radiance.iter().filter(|pixel| pixel[3] > 0.0);
-                let share = covered.count() as f64 / read.radiance.len().max(1) as f64;
-                let seen = (self.plan.scene.camera.clone(), self.frame_number);
-                self.covered = (share, Some(seen));
+                self.covered = covered.count() as f64 / read.radiance.len().max(1) as f64;
+                self.covered_by = Some((self.plan.scene.camera.clone(), self.frame_number));
             }
         }
         Ok(())
@@ -652,23 +654,16 @@ impl Session {
         live: bool,
     ) -> Result<Option<&mut Stage>, Error> {
         if std::mem::take(&mut self.reload) {
-            let states = self.shaders.clone();
-            if let Some(states) = &states {
-                states.follow();
-            }
+            self.shaders.iter().for_each(States::follow);
             match self.renew(presenter) {
                 Err(Error::Device(gpu::Error::Shader(message))) => {
                     // Those of before go on, for whatever is drawn meanwhile.
-                    if let Some(states) = &states {
-                        states.hold();
-                    }
+                    self.shaders.iter().for_each(States::hold);
                     self.suffer_shaders(message);
                 }
                 renewed => {
                     renewed?;
-                    if let Some(states) = &states {
-                        states.accept();
-                    }
+                    self.shaders.iter().for_each(States::accept);
                 }
             }
         }
@@ -781,8 +776,10 @@ impl Session {
     /// What the last frame cost that is known to be done; none before there is one.
     pub fn costs(&mut self) -> Option<Costs> {
         let (filter, prices) = (self.filter, self.prices.clone());
-        let (share, seen) = self.covered.clone();
-        let (draft, frame_number) = (matches!(self.phase, Phase::Draft(_)), self.frame_number);
+        let (draft, covered) = (matches!(self.phase, Phase::Draft(_)), self.covered);
+        let seen = self.covered_by.as_ref().is_some_and(|(camera, at)| {
+            *camera == self.plan.scene.camera && *at == self.frame_number
+        });
         let stage = self.shown()?;
         let declared = match draft {
             true => ledger::declared_live(&stage.plan, filter),
@@ -790,13 +787,11 @@ impl Session {
         };
         let passes = stage.renderer.last_passes();
         let [width, height] = stage.plan.size.map(f64::from);
-        let seen = seen
-            .is_some_and(|(camera, at)| camera == stage.plan.scene.camera && at == frame_number);
         let fetched = frame::cases::Fetched {
             plan: &stage.plan,
             declared: &declared,
             filter,
-            covered: share * width * height,
+            covered: covered * width * height,
             costs: &prices,
         };
         let costs = passes.iter().map(|&(pass, milliseconds, _)| {
@@ -889,11 +884,6 @@ impl Stage {
             frames: 0,
         }))
     }
-}
-
-/// An azimuth (degrees) within half a turn.
-fn around(azimuth: f64) -> f64 {
-    (azimuth + 180.0).rem_euclid(360.0) - 180.0
 }
 
 /// Frames that a still of `request` is averaged over.

@@ -402,9 +402,12 @@ impl Running {
 
     /// At -vv: what is held of the device, whenever something was made.
     fn tell_tally(&mut self) {
+        if !tracing::enabled!(tracing::Level::DEBUG) {
+            return;
+        }
         let device = self.session.device();
         let tally = device.tally();
-        if tally != self.tally && tracing::enabled!(tracing::Level::DEBUG) {
+        if tally != self.tally {
             self.tally = tally;
             let [held, used] = [device.bytes_held(), device.bytes_in_use()]
                 .map(|bytes| bytes as f64 / f64::from(1 << 20));

@@ -383,8 +383,7 @@ fn show_method(ui: &mut Ui, session: &mut Session, memory: &mut Memory) {
     });
     row(ui, "in motion", |ui| {
         let words = ["auto", "full size", "half size", "a third", "a quarter"];
-        let words =
-            std::array::from_fn::<_, { Draft::ALL.len() }, _>(|k| (Draft::ALL[k], words[k]));
+        let words: Vec<_> = Draft::ALL.into_iter().zip(words).collect();
         choice(ui, "in motion", &mut session.draft_size, &words);
     });
 }
